@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// Wording of usage errors.
+#include "usage.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace terray::cli {
+
+void fail(ErrorCode code, std::string message) { throw Failure(Error{code, std::move(message)}); }
+
+void failUsage(std::string message) { fail(ErrorCode::Usage, std::move(message)); }
+
+std::string unmarked(std::string token) {
+    std::replace(token.begin(), token.end(), kMinusMark, '-');
+    return token;
+}
+
+std::vector<std::string> markNegativeNumbers(std::vector<std::string> arguments) {
+    for (std::string& a : arguments) {
+        const bool number = a.size() > 1 && a[0] == '-' &&
+                            (a[1] == '.' || (a[1] >= '0' && a[1] <= '9')) &&
+                            a.find_first_not_of("0123456789.,+-eE") == std::string::npos;
+        if (number) a[0] = kMinusMark;
+    }
+    return arguments;
+}
+
+std::string usageMessage(const CLI::ParseError& error, const std::string& command) {
+    const std::string help = fmt::format("see '{} --help'", command);
+    std::string what = unmarked(error.what());
+    std::replace(what.begin(), what.end(), '\n', ' ');
+    while (!what.empty() && (what.back() == ' ' || what.back() == '.')) what.pop_back();
+    if (error.get_name() == "ExtrasError") {
+        const auto colon = what.find(": ");
+        const std::string extras = colon == std::string::npos ? what : what.substr(colon + 2);
+        return fmt::format("'{}' is not expected here; {}", extras, help);
+    }
+    if (error.get_name() == "ArgumentMismatch") {
+        const auto colon = what.find(':');
+        return fmt::format("{}: its value is missing; {}", what.substr(0, colon), help);
+    }
+    return fmt::format("{}; {}", what, help);
+}
+
+}  // namespace terray::cli

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// The cameras of the measurements, placed on any terrain by the same rules.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "scene.h"
+#include "view/camera.h"
+
+namespace terray::bench {
+
+struct NamedCamera {
+    std::string name;
+    Camera camera;
+};
+
+/// low50, mid500, high3000, down5000, valley, mountain: perspective, horizontal field of view 60
+/// degrees.
+std::vector<NamedCamera> speedCameras(const Scene& scene, int width, int height);
+
+/// Six more for exactness: rolled, up, from outside, from under the ground, panorama, ortho.
+std::vector<NamedCamera> oddCameras(const Scene& scene, int width, int height);
+
+}  // namespace terray::bench

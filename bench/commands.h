@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// The subcommands of terray-bench, one file each. To add one: a file with an add...() and a line in
+// main.cpp.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+
+namespace terray::bench {
+
+/// What a subcommand leaves behind when it was chosen: its work, which returns the exit code.
+using Job = std::function<int()>;
+
+void addKernel(CLI::App& program, Job& job);
+void addExactness(CLI::App& program, Job& job);
+
+}  // namespace terray::bench

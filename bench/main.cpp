@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// terray-bench: speed and exactness of Terray, one subcommand a file.
+#include "commands.h"
+
+int main(int argc, char** argv) {
+    CLI::App program{"Measures Terray: speed and exactness of its parts", "terray-bench"};
+    program.require_subcommand(1);
+    terray::bench::Job job;
+    terray::bench::addKernel(program, job);
+    terray::bench::addExactness(program, job);
+    try {
+        program.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        return program.exit(error) == 0 ? 0 : 2;
+    }
+    return job();
+}

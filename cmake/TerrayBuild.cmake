@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: Apache-2.0
+# Compiler settings shared by every target, and terray_room(), which declares one folder of src/.
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_CXX_VISIBILITY_PRESET hidden)
+set(CMAKE_VISIBILITY_INLINES_HIDDEN ON)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib)
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "" FORCE)
+endif()
+
+find_program(TERRAY_CCACHE ccache)
+if(TERRAY_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${TERRAY_CCACHE})
+endif()
+
+# Every target of ours links this: warnings, include root, sanitizers.
+add_library(terray_settings INTERFACE)
+target_include_directories(terray_settings INTERFACE ${CMAKE_SOURCE_DIR}/include ${CMAKE_SOURCE_DIR}/src)
+target_compile_options(terray_settings INTERFACE -Wall -Wextra -Wconversion -Wshadow
+  $<$<BOOL:${TERRAY_WERROR}>:-Werror> -ffp-contract=off -fno-math-errno)
+if(TERRAY_SANITIZE)
+  target_compile_options(terray_settings INTERFACE -fsanitize=${TERRAY_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(terray_settings INTERFACE -fsanitize=${TERRAY_SANITIZE})
+endif()
+
+if(TERRAY_BUILD_TESTS)
+  add_custom_target(unit_tests)  # all unit-test programs
+endif()
+
+# While rooms fill: leaves out the sources that are not there yet.
+function(terray_existing LIST)
+  set(there "")
+  foreach(file ${${LIST}})
+    if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/${file} OR IS_ABSOLUTE ${file})
+      list(APPEND there ${file})
+    else()
+      message(STATUS "${CMAKE_CURRENT_SOURCE_DIR}/${file} is not there yet")
+    endif()
+  endforeach()
+  if(NOT there AND ${LIST})
+    if(LIST STREQUAL ROOM_SOURCES)
+      file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/empty.cpp "")
+      set(there ${CMAKE_CURRENT_BINARY_DIR}/empty.cpp)
+    endif()
+  endif()
+  set(${LIST} ${there} PARENT_SCOPE)
+endfunction()
+
+# terray_room(NAME SOURCES ... [DEPS rooms or libraries ...] [TESTS ...] [TEST_DEPS ...])
+# One static library terray_NAME and, with tests on, one GoogleTest program NAME_test.
+function(terray_room NAME)
+  cmake_parse_arguments(ROOM "" "" "SOURCES;DEPS;TESTS;TEST_DEPS" ${ARGN})
+  terray_existing(ROOM_SOURCES)  # while rooms fill
+  terray_existing(ROOM_TESTS)
+  add_library(terray_${NAME} STATIC ${ROOM_SOURCES})
+  target_link_libraries(terray_${NAME} PUBLIC terray_settings ${ROOM_DEPS})
+  if(TERRAY_BUILD_TESTS AND ROOM_TESTS)
+    add_executable(${NAME}_test ${ROOM_TESTS})
+    target_link_libraries(${NAME}_test PRIVATE terray_${NAME} ${ROOM_TEST_DEPS} GTest::gtest GTest::gmock GTest::gtest_main)
+    add_test(NAME ${NAME} COMMAND ${NAME}_test)
+    set_tests_properties(${NAME} PROPERTIES TIMEOUT 600 LABELS unit)
+    add_dependencies(unit_tests ${NAME}_test)
+  endif()
+endfunction()

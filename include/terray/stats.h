@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// Figures of a finished render, as written by --stats.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "terray/export.h"
+
+namespace terray {
+
+struct RenderStats {
+    std::string device, technique, simd;
+    int width = 0, height = 0, samples = 0, threads = 0;
+    uint64_t rays = 0, hits = 0;          ///< primary rays
+    uint64_t shadowRays = 0, redone = 0;  ///< redone: traced again in double precision
+    double loadMs = 0;                    ///< reading the source (warp included)
+    double buildMs = 0;                   ///< coarser mips, bounds, errors
+    double skyMs = 0;                     ///< sky-light sweeps
+    double primaryMs = 0, shadeMs = 0, writeMs = 0, totalMs = 0;
+    double mraysPerS = 0;  ///< primary rays over primary time
+    double stepsPerRay = 0;
+    double bytesPerSample = 0;  ///< resident terrain over samples of mip 0
+    uint64_t residentBytes = 0, peakRssBytes = 0;
+    double tolerancePx = 0, maxErrorMetres = 0;
+    std::vector<uint64_t> tilesPerMip;  ///< drawn tiles
+};
+
+/// One JSON object with snake_case keys (device, technique, primary_ms, ...).
+TERRAY_API std::string toJson(const RenderStats& stats);
+
+}  // namespace terray

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// Wall-clock timing of stages, and the process's peak memory.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+
+namespace terray {
+
+class Stopwatch {
+public:
+    double elapsedMs() const {
+        return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_)
+            .count();
+    }
+
+private:
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// Largest resident set of this process so far, in bytes.
+uint64_t peakResidentBytes();
+/// Physical memory of the machine, in bytes.
+uint64_t physicalMemoryBytes();
+
+}  // namespace terray

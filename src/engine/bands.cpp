@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bands of image tiles: cast, shade, resolve, while the last band is being written.
+#include "engine/bands.h"
+
+#include <oneapi/tbb/blocked_range2d.h>
+#include <oneapi/tbb/enumerable_thread_specific.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_group.h>
+
+#include <algorithm>
+
+#include "base/interrupt.h"
+#include "base/progress.h"
+#include "base/stopwatch.h"
+#include "engine/sample_pattern.h"
+
+namespace terray {
+namespace {
+
+/// A side of an image tile, pixels: its hits and sums (64 x 64 x 40 bytes) stay in a core's cache.
+constexpr int kTileSide = 64;
+
+/// One thread's buffers and figures.
+struct Worker {
+    std::vector<Hit> hits;
+    std::vector<Colour> sum;
+    std::vector<uint8_t> display;
+    std::vector<float> aov;
+    BandFigures figures;
+};
+
+/// Copies a tile's rows into a band's: `channels` values a pixel.
+template <class T>
+void copyTile(const ImageTile& tile, int firstRow, int pictureWidth, size_t channels,
+              const std::vector<T>& from, std::vector<T>& to) {
+    const size_t width = static_cast<size_t>(tile.width) * channels;
+    for (int row = 0; row < tile.height; ++row) {
+        const size_t line = static_cast<size_t>(tile.y - firstRow + row);
+        const size_t begin =
+            (line * static_cast<size_t>(pictureWidth) + static_cast<size_t>(tile.x)) * channels;
+        std::copy_n(from.begin() + static_cast<ptrdiff_t>(static_cast<size_t>(row) * width), width,
+                    to.begin() + static_cast<ptrdiff_t>(begin));
+    }
+}
+
+class BandRenderer {
+public:
+    BandRenderer(const Frame& frame, const BandDemand& demand) : frame_(frame), demand_(demand) {}
+
+    void render(Band& band, Progress& progress) {
+        const int tilesX = (frame_.camera().width + kTileSide - 1) / kTileSide;
+        const int tilesY = (band.rows + kTileSide - 1) / kTileSide;
+        tbb::parallel_for(tbb::blocked_range2d<int>(0, tilesY, 1, 0, tilesX, 1),
+                          [&](const auto& range) {
+                              for (int y = range.rows().begin(); y != range.rows().end(); ++y)
+                                  for (int x = range.cols().begin(); x != range.cols().end(); ++x) {
+                                      if (isInterrupted()) return;
+                                      renderTile(tileAt(x, y, band), band);
+                                      progress.advance();
+                                  }
+                          });
+        if (frame_.annotations && demand_.display)
+            frame_.annotations->drawOn(band.firstRow, band.rows, band.display);
+    }
+
+    BandFigures figures() const {
+        BandFigures sum;
+        for (const Worker& w : workers_) {
+            sum.trace.rays += w.figures.trace.rays;
+            sum.trace.hits += w.figures.trace.hits;
+            sum.trace.steps += w.figures.trace.steps;
+            sum.trace.redone += w.figures.trace.redone;
+            sum.shade.shadowRays += w.figures.shade.shadowRays;
+            sum.traceMs += w.figures.traceMs;
+            sum.shadeMs += w.figures.shadeMs;
+        }
+        return sum;
+    }
+
+private:
+    ImageTile tileAt(int x, int y, const Band& band) const {
+        ImageTile tile{x * kTileSide, band.firstRow + y * kTileSide, 0, 0};
+        tile.width = std::min(kTileSide, frame_.camera().width - tile.x);
+        tile.height = std::min(kTileSide, band.firstRow + band.rows - tile.y);
+        return tile;
+    }
+
+    void renderTile(const ImageTile& tile, Band& band) {
+        Worker& worker = workers_.local();
+        worker.hits.resize(tile.pixelCount());
+        bool haveCentres = false;
+        if (demand_.picture()) {
+            castAndShade(tile, worker);
+            haveCentres = frame_.options.samples == 1;
+            resolve(tile, worker, band);
+        }
+        if (demand_.aovs.empty()) return;
+        if (!haveCentres) cast(tile, Vec2{0.5, 0.5}, worker);
+        fillAovs(tile, worker, band);
+    }
+
+    void cast(const ImageTile& tile, Vec2 offset, Worker& worker) const {
+        const Stopwatch watch;
+        frame_.technique->castTile(frame_.cut.cut(), frame_.rays, tile, offset, worker.hits,
+                                   worker.figures.trace);
+        worker.figures.traceMs += watch.elapsedMs();
+    }
+
+    void castAndShade(const ImageTile& tile, Worker& worker) const {
+        const std::span<const Vec2> pattern = samplePattern(frame_.options.samples);
+        const float weight = 1.0f / static_cast<float>(pattern.size());
+        worker.sum.assign(tile.pixelCount(), Colour{});
+        for (const Vec2 offset : pattern) {
+            cast(tile, offset, worker);
+            const Stopwatch watch;
+            frame_.shader->shadeTile(tile, offset, worker.hits, weight, worker.sum,
+                                     worker.figures.shade);
+            worker.figures.shadeMs += watch.elapsedMs();
+        }
+    }
+
+    void resolve(const ImageTile& tile, Worker& worker, Band& band) const {
+        const int width = frame_.camera().width;
+        if (demand_.linear) copyTile(tile, band.firstRow, width, 1, worker.sum, band.linear);
+        if (!demand_.display) return;
+        const Stopwatch watch;
+        worker.display.resize(tile.pixelCount() * 4);
+        frame_.shader->toDisplay(worker.sum, worker.display);
+        copyTile(tile, band.firstRow, width, 4, worker.display, band.display);
+        worker.figures.shadeMs += watch.elapsedMs();
+    }
+
+    void fillAovs(const ImageTile& tile, Worker& worker, Band& band) const {
+        const Stopwatch watch;
+        for (size_t k = 0; k < demand_.aovs.size(); ++k) {
+            const auto channels = static_cast<size_t>(aovChannels(demand_.aovs[k]));
+            worker.aov.resize(tile.pixelCount() * channels);
+            frame_.shader->fillAov(demand_.aovs[k], tile, worker.hits, worker.aov);
+            copyTile(tile, band.firstRow, frame_.camera().width, channels, worker.aov,
+                     band.aovs[k]);
+        }
+        worker.figures.shadeMs += watch.elapsedMs();
+    }
+
+    const Frame& frame_;
+    const BandDemand& demand_;
+    tbb::enumerable_thread_specific<Worker> workers_;
+};
+
+size_t bytesPerPixel(const BandDemand& demand) {
+    size_t bytes = (demand.linear ? sizeof(Colour) : 0) + (demand.display ? 4 : 0);
+    for (const Aov aov : demand.aovs)
+        bytes += sizeof(float) * static_cast<size_t>(aovChannels(aov));
+    return bytes;
+}
+
+void resizeBand(Band& band, int width, const BandDemand& demand) {
+    const size_t pixels = static_cast<size_t>(band.rows) * static_cast<size_t>(width);
+    if (demand.linear) band.linear.resize(pixels);
+    if (demand.display) band.display.resize(pixels * 4);
+    band.aovs.resize(demand.aovs.size());
+    for (size_t k = 0; k < demand.aovs.size(); ++k)
+        band.aovs[k].resize(pixels * static_cast<size_t>(aovChannels(demand.aovs[k])));
+}
+
+}  // namespace
+
+int bandRows(int width, const BandDemand& demand) {
+    constexpr size_t kBandBytes = size_t{32} << 20;
+    constexpr size_t kRows = 4 * kTileSide;
+    const size_t row = bytesPerPixel(demand) * static_cast<size_t>(width);
+    const size_t rows = std::clamp(kBandBytes / row, size_t{1}, kRows);
+    return static_cast<int>(rows > kTileSide ? rows / kTileSide * kTileSide : rows);
+}
+
+Result<BandFigures> renderBands(const Frame& frame, const BandDemand& demand,
+                                const std::function<Result<void>(const Band&)>& sink) {
+    const int width = frame.camera().width, height = frame.camera().height;
+    const int step = bandRows(width, demand);
+    const double bands = (height + step - 1) / step;
+    const double tilesPerBand =
+        ((width + kTileSide - 1) / kTileSide) * ((step + kTileSide - 1) / kTileSide);
+    Progress progress("rendering", bands * tilesPerBand);
+    BandRenderer renderer(frame, demand);
+    Band pair[2];
+    Result<void> written;
+    tbb::task_group writing;
+    int turn = 0;
+    for (int row = 0; row < height; row += step, turn ^= 1) {
+        Band& band = pair[turn];
+        band.firstRow = row;
+        band.rows = std::min(step, height - row);
+        resizeBand(band, width, demand);
+        renderer.render(band, progress);
+        writing.wait();
+        if (isInterrupted()) return makeError(ErrorCode::Interrupted, "interrupted");
+        if (!written) return written.error();
+        writing.run([&band, &written, &sink] { written = sink(band); });
+    }
+    writing.wait();
+    if (!written) return written.error();
+    return renderer.figures();
+}
+
+}  // namespace terray

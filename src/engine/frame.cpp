@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+// Setting up a picture: view -> camera -> rays -> sun -> cut -> shader.
+#include "engine/frame.h"
+
+#include <cmath>
+
+#include "base/log.h"
+#include "engine/check.h"
+#include "engine/places.h"
+#include "engine/sunlight.h"
+
+namespace terray {
+namespace {
+
+/// c of the bent rays: (1 - k) / 2R, or 0.
+Result<double> bendOf(const Terrain::State& state, const GeoFrame& frame, const View& view,
+                      const RenderOptions& options) {
+    if (options.curvature.value_or(false) && !frame.hasCrs())
+        return makeError(
+            ErrorCode::Usage,
+            "--curvature on: without a CRS the size of the globe is not known; name it "
+            "with --assign-crs EPSG:n");
+    if (view.projection == Projection::Ortho || !options.curvature.value_or(frame.hasCrs()))
+        return 0.0;
+    const double radius = frame.curvatureRadius(state.worldCentre());
+    return radius > 0 ? (1 - options.refraction) / (2 * radius) : 0.0;
+}
+
+Result<SceneBox> sceneBox(const Terrain::State& state, const GeoFrame& frame, double exaggeration,
+                          double bend) {
+    const TerrainInfo& info = state.resident->info();
+    const Vec2 low = state.worldMin(), high = state.worldMax();
+    SceneBox box{{low.x, low.y, static_cast<double>(info.minZ) * exaggeration},
+                 {high.x, high.y, static_cast<double>(info.maxZ) * exaggeration},
+                 0,
+                 bend * exaggeration};
+    if (frame.hasCrs()) {
+        auto convergence = frame.meridianConvergence(state.worldCentre());
+        if (!convergence) return convergence.error();
+        box.gridNorthFromTrueNorth = *convergence;
+    }
+    return box;
+}
+
+CutOptions cutOptions(const RenderOptions& options, double bend, const Sun& sun) {
+    CutOptions cut;
+    cut.tolerancePx = options.tolerancePx;
+    cut.exaggeration = options.exaggeration;
+    cut.bend = bend;
+    cut.constantSurface = options.surface == Surface::Constant;
+    if (options.shadows && !sun.belowHorizon) cut.sun = SunBound{sun.towards};
+    return cut;
+}
+
+Result<void> addShading(const Terrain::State& state, const Sun& sun, Frame& frame) {
+    ShadeSettings settings;
+    settings.options = frame.options;
+    settings.sun = sun;
+    settings.crsWkt = state.resident->info().crsWkt;
+    settings.shading = frame.options.shading.value_or(state.photo ? Shading::Photo : Shading::Ramp);
+    const Photo* photo = state.photo ? &*state.photo : nullptr;
+    auto shader = Shader::make(*state.resident, frame.cut.cut(), frame.rays, photo, settings);
+    if (!shader) return shader.error();
+    frame.shader = std::move(*shader);
+    auto annotations =
+        Annotations::make(frame.options, settings.shading, state.resident->info(), frame.rays);
+    if (!annotations) return annotations.error();
+    frame.annotations = std::move(*annotations);
+    return {};
+}
+
+}  // namespace
+
+std::optional<GeoReference> Frame::georeference(const TerrainInfo& info) const {
+    const Camera& c = camera();
+    if (!c.georeferenced) return std::nullopt;
+    const double unit = info.metresPerCrsUnit;
+    GeoReference geo;
+    geo.crsWkt = info.crsWkt;
+    geo.originX = (c.eye.x - 0.5 * c.orthoSize.x) / unit;
+    geo.originY = (c.eye.y + 0.5 * c.orthoSize.y) / unit;
+    geo.pixelX = c.orthoSize.x / c.width / unit;
+    geo.pixelY = -c.orthoSize.y / c.height / unit;
+    return geo;
+}
+
+Result<std::unique_ptr<Frame>> makeFrame(const Terrain::State& state, const View& view,
+                                         const RenderOptions& options) {
+    TERRAY_TRY(checkView(view));
+    TERRAY_TRY(checkOptions(view, options));
+    auto places = PlaceResolver::make(state, view.lonLat, options.surface);
+    if (!places) return places.error();
+    auto bend = bendOf(state, places->frame(), view, options);
+    if (!bend) return bend.error();
+    auto resolved = resolveView(state, *places, view, options.exaggeration);
+    if (!resolved) return resolved.error();
+    auto box = sceneBox(state, places->frame(), options.exaggeration, *bend);
+    if (!box) return box.error();
+    auto camera = makeCamera(*resolved, *box);
+    if (!camera) return camera.error();
+
+    const Vec2 seen =
+        resolved->lookAt ? Vec2{resolved->lookAt->x, resolved->lookAt->y} : state.worldCentre();
+    auto sun = computeSun(state, places->frame(), *camera, seen, options);
+    if (!sun) return sun.error();
+    auto frame = std::make_unique<Frame>(*camera, state.resident->info().worldFromLattice,
+                                         options.exaggeration, *bend);
+    frame->options = options;
+    frame->options.shadows = options.shadows && !sun->belowHorizon;
+    frame->cut = selectCut(*state.resident, *camera, cutOptions(options, *bend, *sun));
+    auto technique = makeTechnique(options.technique);
+    if (!technique) return technique.error();
+    frame->technique = std::move(*technique);
+    TERRAY_TRY(addShading(state, *sun, *frame));
+    return frame;
+}
+
+}  // namespace terray

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// Everything that is settled once for a picture, before the first ray.
+#pragma once
+
+#include <memory>
+
+#include "engine/terrain_state.h"
+#include "image/writer.h"
+#include "shade/annotate.h"
+#include "shade/shade.h"
+#include "stream/cut.h"
+#include "technique/technique.h"
+#include "terray/options.h"
+#include "view/ray_frame.h"
+
+namespace terray {
+
+/// const-shared once made. Not movable: the shader borrows cut and rays.
+struct Frame {
+    Frame(const Camera& camera, const Affine2& worldFromLattice, double exaggeration, double bend)
+        : rays(camera, worldFromLattice, exaggeration, bend) {}
+    Frame(const Frame&) = delete;
+    Frame& operator=(const Frame&) = delete;
+
+    RayFrame rays;
+    FrameCut cut;
+    std::unique_ptr<Technique> technique;
+    std::unique_ptr<Shader> shader;
+    std::unique_ptr<Annotations> annotations;  ///< null if there are none
+    RenderOptions options;
+
+    const Camera& camera() const { return rays.camera(); }
+    /// Alpha is less than 1 somewhere.
+    bool hasAlpha() const { return options.background == "transparent"; }
+    /// For ortho pictures straight down with north up.
+    std::optional<GeoReference> georeference(const TerrainInfo& info) const;
+};
+
+Result<std::unique_ptr<Frame>> makeFrame(const Terrain::State& state, const View& view,
+                                         const RenderOptions& options);
+
+}  // namespace terray

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+// The public renderer: one frame into memory or files, with its figures.
+#include "terray/renderer.h"
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <new>
+
+#include "base/stopwatch.h"
+#include "engine/bands.h"
+#include "engine/check.h"
+#include "engine/outputs.h"
+#include "engine/terrain_state.h"
+#include "kernel/trace.h"
+#include "shade/shade.h"
+#include "technique/technique.h"
+
+namespace terray {
+namespace {
+
+RenderStats collectStats(const Terrain::State& state, const Frame& frame,
+                         const BandFigures& figures) {
+    RenderStats s;
+    s.device = "cpu";
+    s.technique = frame.options.technique;
+    s.simd = activeSimdTarget();
+    s.width = frame.camera().width;
+    s.height = frame.camera().height;
+    s.samples = frame.options.samples;
+    s.threads = state.threads;
+    s.rays = figures.trace.rays;
+    s.hits = figures.trace.hits;
+    s.redone = figures.trace.redone;
+    s.shadowRays = figures.shade.shadowRays;
+    s.loadMs = state.build.loadMs;
+    s.buildMs = state.build.buildMs;
+    s.skyMs = frame.shader->skyMs();
+    s.primaryMs = figures.traceMs / state.threads;
+    s.shadeMs = figures.shadeMs / state.threads;
+    if (s.primaryMs > 0) s.mraysPerS = static_cast<double>(s.rays) * 1e-3 / s.primaryMs;
+    if (s.rays > 0)
+        s.stepsPerRay = static_cast<double>(figures.trace.steps) / static_cast<double>(s.rays);
+    s.residentBytes = state.build.residentBytes;
+    const TilingScheme& scheme = state.resident->info().scheme;
+    s.bytesPerSample = static_cast<double>(s.residentBytes) /
+                       (static_cast<double>(scheme.columns) * static_cast<double>(scheme.rows));
+    s.peakRssBytes = peakResidentBytes();
+    s.tolerancePx = frame.options.tolerancePx;
+    s.maxErrorMetres = static_cast<double>(frame.cut.cut().maxError);
+    s.tilesPerMip = frame.cut.tilesPerMip();
+    return s;
+}
+
+/// Runs work in the terrain's arena; bad_alloc becomes an Error.
+template <class Work>
+Result<RenderStats> inArena(const Terrain& terrain, Work work) {
+    try {
+        Result<RenderStats> result = RenderStats{};
+        terrain.state().arena.execute([&] { result = work(terrain.state()); });
+        return result;
+    } catch (const std::bad_alloc&) {
+        return makeError(ErrorCode::Resource, "the machine ran out of memory while rendering");
+    }
+}
+
+Result<RenderStats> renderInto(const Terrain::State& state, const View& view,
+                               const RenderOptions& options, std::span<uint8_t> rgba) {
+    const Stopwatch watch;
+    auto frame = makeFrame(state, view, options);
+    if (!frame) return frame.error();
+    const size_t row = static_cast<size_t>(view.width) * 4;
+    auto figures = renderBands(**frame, BandDemand{}, [&](const Band& band) -> Result<void> {
+        std::memcpy(rgba.data() + static_cast<size_t>(band.firstRow) * row, band.display.data(),
+                    band.display.size());
+        return {};
+    });
+    if (!figures) return figures.error();
+    RenderStats stats = collectStats(state, **frame, *figures);
+    stats.totalMs = stats.loadMs + stats.buildMs + watch.elapsedMs();
+    return stats;
+}
+
+Result<RenderStats> renderFiles(const Terrain::State& state, const View& view,
+                                const RenderOptions& options, const OutputOptions& outputs) {
+    const Stopwatch watch;
+    auto frame = makeFrame(state, view, options);
+    if (!frame) return frame.error();
+    auto files = OutputFiles::make(view.width, view.height, (*frame)->hasAlpha(), outputs,
+                                   (*frame)->georeference(state.resident->info()));
+    if (!files) return files.error();
+    auto figures = renderBands(**frame, files->demand(),
+                               [&](const Band& band) { return files->writeBand(band); });
+    if (!figures) return figures.error();
+    TERRAY_TRY(files->finish());
+    RenderStats stats = collectStats(state, **frame, *figures);
+    stats.writeMs = files->writeMs();
+    stats.totalMs = stats.loadMs + stats.buildMs + watch.elapsedMs();
+    return stats;
+}
+
+/// Nobody wants a DEM overwritten by its picture.
+Result<void> refuseToOverwrite(const SourceInfo& source, const OutputOptions& outputs) {
+    std::vector<std::string> paths{outputs.path};
+    for (const AovOutput& aov : outputs.aovs) paths.push_back(aov.path);
+    for (const std::string& path : paths) {
+        std::error_code ignored;
+        if (!path.empty() && std::filesystem::equivalent(path, source.source, ignored))
+            return makeError(ErrorCode::Usage,
+                             "'{}' is the source; write the picture somewhere else", path);
+    }
+    return {};
+}
+
+}  // namespace
+
+Result<RenderStats> render(const Terrain& terrain, const View& view, const RenderOptions& options,
+                           std::span<uint8_t> rgba) {
+    TERRAY_TRY(checkView(view));
+    if (rgba.size() != static_cast<size_t>(view.width) * static_cast<size_t>(view.height) * 4)
+        return makeError(ErrorCode::Usage, "render: {} bytes do not hold {}x{} pixels of 4 bytes",
+                         rgba.size(), view.width, view.height);
+    return inArena(terrain, [&](const Terrain::State& state) {
+        return renderInto(state, view, options, rgba);
+    });
+}
+
+Result<RenderStats> renderToFiles(const Terrain& terrain, const View& view,
+                                  const RenderOptions& options, const OutputOptions& outputs) {
+    TERRAY_TRY(checkOutputNames(options, outputs));
+    TERRAY_TRY(refuseToOverwrite(terrain.info(), outputs));
+    return inArena(terrain, [&](const Terrain::State& state) {
+        return renderFiles(state, view, options, outputs);
+    });
+}
+
+Result<void> checkRender(const View& view, const RenderOptions& options,
+                         const OutputOptions& outputs) {
+    TERRAY_TRY(checkView(view));
+    TERRAY_TRY(checkOptions(view, options));
+    TERRAY_TRY(checkOutputNames(options, outputs));
+    auto files = OutputFiles::make(view.width, view.height, options.background == "transparent",
+                                   outputs, std::nullopt);
+    if (!files) return files.error();
+    return {};
+}
+
+std::vector<NamedLine> techniques() {
+    std::vector<NamedLine> lines;
+    for (const TechniqueEntry& entry : techniqueTable()) lines.push_back({entry.name, entry.line});
+    return lines;
+}
+
+std::vector<NamedLine> ramps() {
+    std::vector<NamedLine> lines;
+    for (const RampName& ramp : rampTable()) lines.push_back({ramp.name, ramp.line});
+    return lines;
+}
+
+std::vector<NamedLine> shadings() {
+    return {
+        {"photo", "the photo given by --photo, with relief"},
+        {"ramp", "hypsometric tints in sun and sky light"},
+        {"hillshade", "grey relief in sun and sky light"},
+        {"light", "the light alone, on white ground"},
+        {"grid", "lit surface with the lines of the cells"},
+        {"slope", "steepness, 0 to 90 degrees"},
+        {"height", "height, black lowest to white highest"},
+        {"depth", "distance along the view axis"},
+        {"distance", "distance along the ray"},
+        {"normal", "the surface normal as a colour"},
+        {"mip", "which resolution is drawn where"},
+        {"steps", "traversal steps of each ray"},
+        {"shadow-steps", "traversal steps of each shadow ray"},
+    };
+}
+
+}  // namespace terray

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// Figures of a render as JSON.
+#include "terray/stats.h"
+
+#include <nlohmann/json.hpp>
+
+namespace terray {
+
+std::string toJson(const RenderStats& s) {
+    nlohmann::ordered_json json{
+        {"device", s.device},
+        {"technique", s.technique},
+        {"simd", s.simd},
+        {"width", s.width},
+        {"height", s.height},
+        {"samples", s.samples},
+        {"threads", s.threads},
+        {"rays", s.rays},
+        {"hits", s.hits},
+        {"shadow_rays", s.shadowRays},
+        {"redone", s.redone},
+        {"load_ms", s.loadMs},
+        {"build_ms", s.buildMs},
+        {"sky_ms", s.skyMs},
+        {"primary_ms", s.primaryMs},
+        {"shade_ms", s.shadeMs},
+        {"write_ms", s.writeMs},
+        {"total_ms", s.totalMs},
+        {"mrays_per_s", s.mraysPerS},
+        {"steps_per_ray", s.stepsPerRay},
+        {"bytes_per_sample", s.bytesPerSample},
+        {"resident_bytes", s.residentBytes},
+        {"peak_rss_bytes", s.peakRssBytes},
+        {"tolerance_px", s.tolerancePx},
+        {"max_error_metres", s.maxErrorMetres},
+        {"tiles_per_mip", s.tilesPerMip},
+    };
+    return json.dump(2);
+}
+
+}  // namespace terray

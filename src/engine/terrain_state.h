@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// What an open Terrain holds.
+#pragma once
+
+#include <oneapi/tbb/task_arena.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "geo/frame.h"
+#include "raster/photo.h"
+#include "stream/cut.h"
+#include "stream/resident.h"
+#include "terray/terrain.h"
+
+namespace terray {
+
+/// const-shared, but for the arena, which is synchronised by itself.
+struct Terrain::State {
+    SourceInfo facts;
+    std::string dataCrsWkt;
+    std::unique_ptr<ResidentTerrain> resident;
+    std::optional<FrameCut> finest;  ///< bilinear, mip 0 everywhere
+    std::optional<Photo> photo;
+    BuildStats build;               ///< loadMs: with header and photo
+    int threads = 0;                ///< cores that work uses
+    mutable tbb::task_arena arena;  ///< all parallel work of this terrain runs in here
+
+    /// Maps between the data's CRS, degrees and world; one for each caller (confined).
+    Result<GeoFrame> makeGeoFrame() const;
+    /// World rectangle of all posts, metres.
+    Vec2 worldMin() const;
+    Vec2 worldMax() const;
+    Vec2 worldCentre() const { return 0.5 * (worldMin() + worldMax()); }
+};
+
+}  // namespace terray

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// Builds a tile slot's (min, max) pyramid over cells from its posts; bounds are rounded outwards.
+#pragma once
+
+#include <cstdint>
+
+#include "kernel/layout/layout.h"
+
+namespace terray {
+
+struct SlotBounds {
+    float minZ, maxZ;  ///< of the valid cells; minZ > maxZ if there is none
+    float maxDelta;    ///< largest |difference| of neighbouring posts of valid cells
+    bool hasHoles;     ///< some cell inside the extent is a hole
+};
+
+/// Fills `bounds` (kSlotBounds entries) for the cells [0, cellsX) x [0, cellsY) of the tile; the
+/// others count as holes. Int16: codes pass through unchanged (boundsZ0 = z0, boundsStep = zStep).
+/// Float32: quantises outwards and writes tile.boundsZ0 / boundsStep. Also sets tile.maxDelta.
+SlotBounds buildPyramid(const uint16_t* posts, int cellsX, int cellsY, TileDesc& tile,
+                        uint32_t* bounds);
+SlotBounds buildPyramid(const float* posts, int cellsX, int cellsY, TileDesc& tile,
+                        uint32_t* bounds);
+
+}  // namespace terray

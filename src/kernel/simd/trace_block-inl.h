@@ -1,0 +1,504 @@
+// SPDX-License-Identifier: Apache-2.0
+// The maximum-mipmap traversal in SIMD lanes (docs/traversal.md): one ray a lane, each with its own
+// tile, level and cell. Every comparison carries the float ray's error, so a lane ends as a certain
+// miss, a certain hit, or uncertain (then kernel/exact decides).
+
+#if defined(TERRAY_TRACE_BLOCK_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TERRAY_TRACE_BLOCK_INL_H_
+#undef TERRAY_TRACE_BLOCK_INL_H_
+#else
+#define TERRAY_TRACE_BLOCK_INL_H_
+#endif
+
+#include <cstddef>
+#include <cstdint>
+
+#include "hwy/highway.h"
+#include "kernel/simd/block.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace terray::simd::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using DF = hn::CappedTag<float, 16>;
+using DI = hn::RebindToSigned<DF>;
+using DU = hn::RebindToUnsigned<DF>;
+using VF = hn::Vec<DF>;
+using VI = hn::Vec<DI>;
+using MF = hn::Mask<DF>;
+using MI = hn::Mask<DI>;
+
+#define real VF
+#define LEAF_FN HWY_INLINE
+#include "kernel/leaf/leaf.h.inl"
+#undef LEAF_FN
+#undef real
+
+HWY_INLINE VI loadI(const int32_t* p) { return hn::Load(DI(), p); }
+HWY_INLINE VF loadF(const float* p) { return hn::Load(DF(), p); }
+HWY_INLINE void storeI(MI mask, VI value, int32_t* p) {
+    hn::Store(hn::IfThenElse(mask, value, hn::Load(DI(), p)), DI(), p);
+}
+HWY_INLINE void storeF(MI mask, VF value, float* p) {
+    hn::Store(hn::IfThenElse(hn::RebindMask(DF(), mask), value, hn::Load(DF(), p)), DF(), p);
+}
+HWY_INLINE MI maskI(MF m) { return hn::RebindMask(DI(), m); }
+HWY_INLINE MF maskF(MI m) { return hn::RebindMask(DF(), m); }
+HWY_INLINE VI setI(int32_t v) { return hn::Set(DI(), v); }
+HWY_INLINE VF setF(float v) { return hn::Set(DF(), v); }
+HWY_INLINE VI shiftRight(VI v, VI bits) { return v >> bits; }
+HWY_INLINE VI shiftLeft(VI v, VI bits) { return v << bits; }
+HWY_INLINE VI select(MI m, VI a, VI b) { return hn::IfThenElse(m, a, b); }
+
+HWY_INLINE MI noLanes() { return hn::MaskFromVec(hn::Zero(DI())); }
+
+/// Offsets of the lanes that read; the others read the pool's first bytes.
+HWY_INLINE VI inPool(MI lanes, VI bytes) { return select(lanes, bytes, setI(INT32_MIN)); }
+
+/// The pools as the gathers want them: base pointers in the middle, so that 32-bit offsets reach 4
+/// GiB.
+struct Pools {
+    const int32_t* bounds;
+    const float* posts;
+    const int32_t* tiles;
+    const int32_t* squares;
+    const int32_t* levels;
+    float anchorZ;
+};
+
+/// One packet: lanes [p, p + N) of a block, with what every step needs in registers.
+struct Packet {
+    RayBlock& b;
+    size_t p;
+    VF t, z, dz, bend;
+    VI x, y, level;
+
+    HWY_INLINE VF heightAt(VF at) const { return hn::MulAdd(at, hn::MulAdd(bend, at, dz), z); }
+};
+
+HWY_INLINE Packet loadPacket(RayBlock& b, size_t p) {
+    return {b,
+            p,
+            loadF(b.t + p),
+            loadF(b.z + p),
+            loadF(b.dz + p),
+            loadF(b.bend + p),
+            loadI(b.x + p),
+            loadI(b.y + p),
+            loadI(b.level + p)};
+}
+
+/// Where the ray leaves its block of 2^level cells.
+struct BlockExit {
+    VF t;
+    MI alongX;
+    VI x0, y0, last;  ///< block origin; size - 1
+    VI nextX, nextY;  ///< the cell entered: across the border set, along it computed and clamped
+};
+
+HWY_INLINE VI cellAt(VF fraction, VF step, VF t, VI anchor, VI first, VI last) {
+    const VI cell = hn::ConvertTo(DI(), hn::Floor(hn::MulAdd(step, t, fraction))) + anchor;
+    return hn::Min(hn::Max(cell, first), first + last);
+}
+
+HWY_INLINE BlockExit leaveBlock(const Packet& k) {
+    const RayBlock& b = k.b;
+    const size_t p = k.p;
+    const VF dx = loadF(b.dx + p), dy = loadF(b.dy + p), fx = loadF(b.fx + p), fy = loadF(b.fy + p);
+    const VI ax = loadI(b.anchorX + p), ay = loadI(b.anchorY + p);
+    const VI one = setI(1);
+    const VI size = shiftLeft(one, k.level);
+    BlockExit e;
+    e.last = size - one;
+    e.x0 = hn::AndNot(e.last, k.x);
+    e.y0 = hn::AndNot(e.last, k.y);
+    const MI forwardX = maskI(dx >= hn::Zero(DF())), forwardY = maskI(dy >= hn::Zero(DF()));
+    const VI borderX = e.x0 + hn::IfThenElseZero(forwardX, size);
+    const VI borderY = e.y0 + hn::IfThenElseZero(forwardY, size);
+    const VF tx = (hn::ConvertTo(DF(), borderX - ax) - fx) * loadF(b.inverseDx + p);
+    const VF ty = (hn::ConvertTo(DF(), borderY - ay) - fy) * loadF(b.inverseDy + p);
+    e.alongX = maskI(tx <= ty);
+    e.t = hn::Max(hn::Min(hn::Min(tx, ty), loadF(b.tEnd + p)), k.t);
+    const VI acrossX = borderX - hn::IfThenZeroElse(forwardX, one);
+    const VI acrossY = borderY - hn::IfThenZeroElse(forwardY, one);
+    e.nextX = select(e.alongX, acrossX, cellAt(fx, dx, e.t, ax, e.x0, e.last));
+    e.nextY = select(e.alongX, cellAt(fy, dy, e.t, ay, e.y0, e.last), acrossY);
+    return e;
+}
+
+/// The ray's lowest and highest point over [k.t, t1]: a convex parabola.
+struct HeightRange {
+    VF lo, hi, entry;
+};
+HWY_INLINE HeightRange heightRange(const Packet& k, VF t1) {
+    const VF lowest = hn::Min(hn::Max(loadF(k.b.vertex + k.p), k.t), t1);
+    const VF entry = k.heightAt(k.t);
+    return {k.heightAt(lowest), hn::Max(entry, k.heightAt(t1)), entry};
+}
+
+/// Height error of the float ray up to t1 where the surface rises at most `delta` a cell of
+/// 1/inverseCell.
+HWY_INLINE VF errorAt(const Packet& k, VF t1, VF deltaPerCell) {
+    const RayBlock& b = k.b;
+    const VF shift = hn::MulAdd(loadF(b.shift1 + k.p), t1, setF(kShift0));
+    const VF error = hn::MulAdd(loadF(b.error1 + k.p), t1, loadF(b.error0 + k.p));
+    return hn::MulAdd(deltaPerCell + deltaPerCell, shift, error);
+}
+
+/// Ends lanes that changed sides of the sheet without a hit (a strip, or a way through a hole):
+/// uncertain. Returns the lanes that go on.
+HWY_INLINE MI keepSide(Packet& k, MI decided, VI side) {
+    const VI old = loadI(k.b.side + k.p);
+    const MI conflict = hn::And(decided, (old * side) < hn::Zero(DI()));
+    storeI(conflict, setI(kResultUncertain), k.b.result + k.p);
+    storeI(conflict, setI(kLaneDone), k.b.state + k.p);
+    storeI(decided, side, k.b.side + k.p);
+    return hn::AndNot(conflict, decided);
+}
+
+/// Moves lanes to the exit of their block; ascends when that leaves a 2 x 2 group, leaves the tile,
+/// or ends.
+HWY_INLINE void moveOn(const TerrainCut& cut, Packet& k, MI lanes, const BlockExit& e, MI inTile) {
+    RayBlock& b = k.b;
+    const VI zero = hn::Zero(DI()), one = setI(1);
+    const MI outside =
+        hn::Or(hn::Or(e.nextX < zero, e.nextY < zero),
+               hn::Or(e.nextX > setI(cut.cellsX - 1), e.nextY > setI(cut.cellsY - 1)));
+    const MI ended = hn::Or(outside, maskI(e.t >= loadF(b.tEnd + k.p)));
+    storeI(hn::And(lanes, ended), setI(kLaneDone), b.state + k.p);
+    storeF(lanes, e.t, b.t + k.p);
+    storeI(lanes, e.nextX, b.x + k.p);
+    storeI(lanes, e.nextY, b.y + k.p);
+    const VI changed = hn::Or(hn::Xor(e.nextX, e.x0), hn::Xor(e.nextY, e.y0));
+    const MI leftGroup = hn::Ne(shiftRight(changed, k.level + one), zero);
+    VI level = select(leftGroup, k.level + one, k.level);
+    const VI tileLevel = loadI(b.mip + k.p) + setI(kTileLevels);
+    const MI leftTile = hn::And(inTile, hn::Ne(shiftRight(changed, tileLevel), zero));
+    level = select(leftTile, tileLevel, level);
+    level = hn::Min(level, setI(cut.rootLevel + kTileLevels));
+    storeI(hn::And(hn::AndNot(ended, lanes), leftTile), setI(kLaneDirectory), b.state + k.p);
+    storeI(lanes, level, b.level + k.p);
+}
+
+/// Lanes that dip into a block go one level down, first to where they meet the plane of its
+/// maximum.
+HWY_INLINE void goDown(Packet& k, MI lanes, const BlockExit& e, VF entryHeight, VF plane) {
+    RayBlock& b = k.b;
+    const VF slope = hn::MulAdd(k.bend + k.bend, k.t, k.dz);
+    const VF drop = entryHeight - plane;
+    const MF dives = hn::And(slope<hn::Zero(DF()), drop> hn::Zero(DF()));
+    // Along the tangent the plane is met no later than along the parabola; 0.999 covers the
+    // reciprocal.
+    const VF ahead = drop * hn::ApproximateReciprocal(hn::Neg(slope)) * setF(0.999f);
+    const VF t = hn::Min(hn::IfThenElse(dives, k.t + ahead, k.t), e.t);
+    const MI moved = hn::And(lanes, maskI(dives));
+    storeF(moved, t, b.t + k.p);
+    storeI(moved,
+           cellAt(loadF(b.fx + k.p), loadF(b.dx + k.p), t, loadI(b.anchorX + k.p), e.x0, e.last),
+           b.x + k.p);
+    storeI(moved,
+           cellAt(loadF(b.fy + k.p), loadF(b.dy + k.p), t, loadI(b.anchorY + k.p), e.y0, e.last),
+           b.y + k.p);
+    storeI(lanes, k.level - setI(1), b.level + k.p);
+}
+
+/// One step of the lanes that stand in a tile's pyramid above its cells.
+HWY_INLINE void stepNodes(const TerrainCut& cut, const Pools& pools, Packet& k, MI lanes) {
+    RayBlock& b = k.b;
+    const VI one = setI(1);
+    const VI inner = k.level - loadI(b.mip + k.p);
+    const VI log2Side = setI(kTileLevels) - inner;
+    const VI sideMask = shiftLeft(one, log2Side) - one;
+    const VI ix = hn::And(shiftRight(k.x, k.level), sideMask);
+    const VI iy = hn::And(shiftRight(k.y, k.level), sideMask);
+    // levelOffset(inner) = 87381 - (4^(10 - inner) - 1) / 3, whose binary digits are 0101...
+    const VI below = shiftLeft(one, setI(20) - inner - inner) - one;
+    const VI offset = setI(static_cast<int32_t>(kSlotBounds)) - hn::And(below, setI(0x55555555));
+    const VI index = offset + shiftLeft(iy, log2Side) + ix;
+    const VI bytes = inPool(lanes, loadI(b.boundsOffset + k.p) + hn::ShiftLeft<2>(index));
+    const VI code = hn::GatherOffset(DI(), pools.bounds, bytes);
+
+    const BlockExit e = leaveBlock(k);
+    const HeightRange r = heightRange(k, e.t);
+    const VI hi = hn::BitCast(DI(), hn::ShiftRight<16>(hn::BitCast(DU(), code)));
+    const VI lo = hn::And(code, setI(0xFFFF));
+    const VF step = loadF(b.boundsStep + k.p), base = loadF(b.boundsZ + k.p);
+    const VF error = errorAt(k, e.t, setF(cut.maxDelta));
+    const VF top = hn::MulAdd(step, hn::ConvertTo(DF(), hi), base) + error;
+    const VF bottom = hn::MulAdd(step, hn::ConvertTo(DF(), lo), base) - error;
+    const MI empty = lo > hi;
+    const MI above = maskI(r.lo > top);
+    const MI skip = hn::And(lanes, hn::Or(hn::Or(above, empty), maskI(r.hi < bottom)));
+    const VI side = hn::IfThenZeroElse(empty, select(above, one, setI(-1)));
+    if (!hn::AllFalse(DI(), skip)) moveOn(cut, k, keepSide(k, skip, side), e, lanes);
+    const MI down = hn::AndNot(skip, lanes);
+    if (!hn::AllFalse(DI(), down)) goDown(k, down, e, r.entry, top);
+    storeI(lanes, loadI(b.steps + k.p) + one, b.steps + k.p);
+}
+
+/// The four posts of each lane's cell, relative to the anchor height; holes in `hole`.
+struct CellPosts {
+    VF h00, h10, h01, h11;
+    MI hole;
+};
+template <bool kInt16>
+HWY_INLINE CellPosts loadPosts(const Pools& pools, const RayBlock& b, size_t p, VI cx, VI cy,
+                               MI lanes) {
+    const VI index = cy * setI(kPostStride) + cx;
+    CellPosts c;
+    if constexpr (kInt16) {
+        const VI bytes = inPool(lanes, loadI(b.postsOffset + p) + hn::ShiftLeft<1>(index));
+        const int32_t* base = reinterpret_cast<const int32_t*>(pools.posts);
+        const VI row0 = hn::GatherOffset(DI(), base, bytes);
+        const VI row1 =
+            hn::GatherOffset(DI(), base, bytes + hn::IfThenElseZero(lanes, setI(2 * kPostStride)));
+        const VI low = setI(0xFFFF);
+        const VI q00 = hn::And(row0, low), q01 = hn::And(row1, low);
+        const VI q10 = hn::BitCast(DI(), hn::ShiftRight<16>(hn::BitCast(DU(), row0)));
+        const VI q11 = hn::BitCast(DI(), hn::ShiftRight<16>(hn::BitCast(DU(), row1)));
+        c.hole = hn::Eq(hn::Max(hn::Max(q00, q10), hn::Max(q01, q11)), low);
+        const VF step = loadF(b.postsStep + p), base0 = loadF(b.postsZ + p);
+        c.h00 = hn::MulAdd(step, hn::ConvertTo(DF(), q00), base0);
+        c.h10 = hn::MulAdd(step, hn::ConvertTo(DF(), q10), base0);
+        c.h01 = hn::MulAdd(step, hn::ConvertTo(DF(), q01), base0);
+        c.h11 = hn::MulAdd(step, hn::ConvertTo(DF(), q11), base0);
+    } else {
+        const VI bytes = inPool(lanes, loadI(b.postsOffset + p) + hn::ShiftLeft<2>(index));
+        const VI next = bytes + hn::IfThenElseZero(lanes, setI(4 * kPostStride));
+        const VI one = hn::IfThenElseZero(lanes, setI(4));
+        const VF anchor = setF(pools.anchorZ);
+        c.h00 = hn::GatherOffset(DF(), pools.posts, bytes) - anchor;
+        c.h10 = hn::GatherOffset(DF(), pools.posts, bytes + one) - anchor;
+        c.h01 = hn::GatherOffset(DF(), pools.posts, next) - anchor;
+        c.h11 = hn::GatherOffset(DF(), pools.posts, next + one) - anchor;
+        const VF sum = (c.h00 + c.h10) + (c.h01 + c.h11);
+        c.hole = hn::Not(maskI(sum == sum));
+    }
+    return c;
+}
+
+/// What a cell does to a ray: f at the entry, and its least and greatest value up to the exit.
+struct CellRange {
+    VF entry, least, greatest;
+    MI unsure;  ///< a corner of constant quadrants is too near to tell
+};
+
+HWY_INLINE CellRange rangeBilinear(const CellPosts& c, VF u, VF v, VF du, VF dv, VF z, VF slope,
+                                   VF bend, VF length) {
+    const LeafQuadratic q = leafBilinear(c.h00, c.h10, c.h01, c.h11, u, v, du, dv, z, slope, bend);
+    const VF end = leafAt(q, length);
+    const VF extremum = q.f1 / (setF(-2.0f) * q.f2);  // NaN or infinite where f is straight
+    const VF inside = hn::Min(hn::Max(extremum, hn::Zero(DF())), length);
+    const VF turn = hn::IfThenElse(extremum == extremum, leafAt(q, inside), end);
+    return {q.f0, hn::Min(hn::Min(q.f0, end), turn), hn::Max(hn::Max(q.f0, end), turn), noLanes()};
+}
+
+/// Nearest post: the quadrants in the order of the ray; f jumps between them (walls).
+HWY_INLINE CellRange rangeConstant(const CellPosts& c, VF u, VF v, VF du, VF dv, VF z, VF slope,
+                                   VF bend, VF length, VF shift) {
+    const VF half = setF(0.5f), zero = hn::Zero(DF()), never = setF(1e30f);
+    const VF su = hn::IfThenElse(hn::Abs(du) > setF(1e-20f), (half - u) / du, never);
+    const VF sv = hn::IfThenElse(hn::Abs(dv) > setF(1e-20f), (half - v) / dv, never);
+    const VF first = hn::Min(hn::Max(hn::Min(su, sv), zero), length);
+    const VF second = hn::Min(hn::Max(hn::Max(su, sv), zero), length);
+    const VF lowest = hn::Neg(slope) / (bend + bend);
+    CellRange r{zero, never, hn::Neg(never), noLanes()};
+    VF from = zero;
+    const VF ends[3] = {first, second, length};
+    for (int part = 0; part < 3; ++part) {
+        const VF to = ends[part];
+        const VF mid = (from + to) * half;
+        const MF right = hn::MulAdd(du, mid, u) >= half, lower = hn::MulAdd(dv, mid, v) >= half;
+        const VF h = hn::IfThenElse(lower, hn::IfThenElse(right, c.h11, c.h01),
+                                    hn::IfThenElse(right, c.h10, c.h00));
+        const auto at = [&](VF s) { return hn::MulAdd(s, hn::MulAdd(bend, s, slope), z) - h; };
+        const VF f0 = at(from), f1 = at(to);
+        const VF low = hn::IfThenElse(lowest == lowest, at(hn::Min(hn::Max(lowest, from), to)), f1);
+        if (part == 0) r.entry = f0;
+        const MF real = part == 0 ? hn::Or(to > from, length <= zero) : to > from;
+        r.least = hn::IfThenElse(real, hn::Min(r.least, hn::Min(hn::Min(f0, f1), low)), r.least);
+        r.greatest = hn::IfThenElse(real, hn::Max(r.greatest, hn::Max(f0, f1)), r.greatest);
+        from = to;
+    }
+    // Near a quadrant's corner, or entering or leaving along its border, the order cannot be told.
+    const VF eu = hn::MulAdd(du, length, u), ev = hn::MulAdd(dv, length, v);
+    const VF near = shift + shift;
+    const MF corner = hn::And(hn::Abs(hn::MulAdd(du, sv, u) - half) < near, hn::Abs(sv) < never);
+    const MF borders = hn::Or(hn::Or(hn::Abs(u - half) < near, hn::Abs(v - half) < near),
+                              hn::Or(hn::Abs(eu - half) < near, hn::Abs(ev - half) < near));
+    r.unsure = maskI(hn::Or(corner, borders));
+    return r;
+}
+
+/// Tests the lanes that stand at a cell.
+template <bool kInt16>
+HWY_INLINE void stepCells(const TerrainCut& cut, const Pools& pools, Packet& k, MI lanes) {
+    RayBlock& b = k.b;
+    const VI cellMask = setI(kSlotCells - 1);
+    const VI cx = hn::And(shiftRight(k.x, k.level), cellMask);
+    const VI cy = hn::And(shiftRight(k.y, k.level), cellMask);
+    const CellPosts c = loadPosts<kInt16>(pools, b, k.p, cx, cy, lanes);
+    const BlockExit e = leaveBlock(k);
+
+    // 2^-mip from its exponent bits
+    const VF inverse = hn::BitCast(DF(), hn::ShiftLeft<23>(setI(127) - k.level));
+    const VF dx = loadF(b.dx + k.p), dy = loadF(b.dy + k.p);
+    const VF x0 = hn::ConvertTo(DF(), e.x0 - loadI(b.anchorX + k.p)) - loadF(b.fx + k.p);
+    const VF y0 = hn::ConvertTo(DF(), e.y0 - loadI(b.anchorY + k.p)) - loadF(b.fy + k.p);
+    const VF u = hn::MulSub(dx, k.t, x0) * inverse, v = hn::MulSub(dy, k.t, y0) * inverse;
+    const VF du = dx * inverse, dv = dy * inverse;
+    const VF slope = hn::MulAdd(k.bend + k.bend, k.t, k.dz);
+    const VF length = e.t - k.t;
+
+    // Cells at the tile's rim have neighbours in other tiles: their slope may be anyone's.
+    const MI rim = hn::Or(hn::Or(hn::Eq(cx, hn::Zero(DI())), hn::Eq(cy, hn::Zero(DI()))),
+                          hn::Or(hn::Eq(cx, cellMask), hn::Eq(cy, cellMask)));
+    const VF delta = hn::IfThenElse(maskF(rim), setF(cut.maxDelta), loadF(b.tileDelta + k.p));
+    const VF error = hn::MulAdd(delta, setF(4 * kFloatError), errorAt(k, e.t, delta * inverse));
+    const VF shift = hn::MulAdd(loadF(b.shift1 + k.p), e.t, setF(kShift0)) * inverse;
+    const VF z = k.heightAt(k.t);
+    const CellRange r = cut.constantSurface != 0
+                            ? rangeConstant(c, u, v, du, dv, z, slope, k.bend, length, shift)
+                            : rangeBilinear(c, u, v, du, dv, z, slope, k.bend, length);
+
+    const MF above = r.least > error, below = r.greatest < hn::Neg(error);
+    const MF entersAbove = r.entry > error, entersBelow = r.entry < hn::Neg(error);
+    const MI crosses = maskI(hn::Or(hn::And(entersAbove, r.least < hn::Neg(error)),
+                                    hn::And(entersBelow, r.greatest > error)));
+    const VI one = setI(1);
+    const VI entrySide = select(maskI(entersAbove), one, setI(-1));
+    const MI passes =
+        hn::And(lanes, hn::Or(c.hole, hn::AndNot(r.unsure, maskI(hn::Or(above, below)))));
+    const MI hits = hn::AndNot(hn::Or(passes, r.unsure), hn::And(lanes, crosses));
+    const MI onSide = keepSide(k, hn::Or(passes, hits), hn::IfThenZeroElse(c.hole, entrySide));
+    const MI certain = hn::And(onSide, hits);
+    storeI(certain, setI(kResultHit), b.result + k.p);
+    const MI unclear = hn::AndNot(hn::Or(passes, hits), lanes);
+    storeI(unclear, setI(kResultUncertain), b.result + k.p);
+    storeI(hn::Or(certain, unclear), setI(kLaneDone), b.state + k.p);
+    const MI onward = hn::And(onSide, passes);
+    if (!hn::AllFalse(DI(), onward)) moveOn(cut, k, onward, e, lanes);
+    storeI(lanes, loadI(b.steps + k.p) + one, b.steps + k.p);
+}
+
+/// Lanes enter the tile that a square draws: its description comes into the block.
+HWY_INLINE void enterTiles(const TerrainCut& cut, const Pools& pools, Packet& k, MI lanes,
+                           VI slot) {
+    RayBlock& b = k.b;
+    const VI at = hn::IfThenElseZero(lanes, slot * setI(sizeof(TileDesc)));
+    const auto field = [&](size_t offset) {
+        return hn::GatherOffset(DI(), pools.tiles, at + setI(static_cast<int32_t>(offset)));
+    };
+    const auto fieldF = [&](size_t offset) { return hn::BitCast(DF(), field(offset)); };
+    const VI middle = setI(INT32_MIN);
+    const VI posts = field(offsetof(TileDesc, posts));
+    const VI postBytes = cut.format == 0 ? hn::ShiftLeft<1>(posts) : hn::ShiftLeft<2>(posts);
+    const VI mip =
+        hn::And(field(offsetof(TileDesc, mipFlags)), setI(static_cast<int32_t>(kTileMipMask)));
+    const VF anchor = setF(pools.anchorZ);
+    storeI(lanes, slot, b.slot + k.p);
+    storeI(lanes, mip, b.mip + k.p);
+    storeI(lanes, hn::Xor(postBytes, middle), b.postsOffset + k.p);
+    storeI(lanes, hn::Xor(hn::ShiftLeft<2>(field(offsetof(TileDesc, bounds))), middle),
+           b.boundsOffset + k.p);
+    storeF(lanes, fieldF(offsetof(TileDesc, z0)) - anchor, b.postsZ + k.p);
+    storeF(lanes, fieldF(offsetof(TileDesc, zStep)), b.postsStep + k.p);
+    storeF(lanes, fieldF(offsetof(TileDesc, boundsZ0)) - anchor, b.boundsZ + k.p);
+    storeF(lanes, fieldF(offsetof(TileDesc, boundsStep)), b.boundsStep + k.p);
+    storeF(lanes, fieldF(offsetof(TileDesc, maxDelta)), b.tileDelta + k.p);
+    storeI(lanes, mip + setI(kTileLevels - 1), b.level + k.p);
+    storeI(lanes, setI(kLaneTile), b.state + k.p);
+}
+
+/// One step of the lanes that stand in the directory.
+HWY_INLINE void stepDirectory(const TerrainCut& cut, const Pools& pools, Packet& k, MI lanes) {
+    RayBlock& b = k.b;
+    const VI one = setI(1);
+    const VI row =
+        hn::IfThenElseZero(lanes, (k.level - setI(kTileLevels)) * setI(sizeof(DirectoryLevel)));
+    const VI first = hn::GatherOffset(DI(), pools.levels, row);
+    const VI columns = hn::GatherOffset(DI(), pools.levels, row + setI(4));
+    const VI index = first + shiftRight(k.y, k.level) * columns + shiftRight(k.x, k.level);
+    const VI at = hn::IfThenElseZero(lanes, hn::ShiftLeft<4>(index));
+    const VF anchor = setF(pools.anchorZ);
+    const VF minZ = hn::BitCast(DF(), hn::GatherOffset(DI(), pools.squares, at)) - anchor;
+    const VF maxZ = hn::BitCast(DF(), hn::GatherOffset(DI(), pools.squares, at + setI(4))) - anchor;
+    const VI slot = hn::GatherOffset(DI(), pools.squares, at + setI(8));
+    const VI state = hn::GatherOffset(DI(), pools.squares, at + setI(12));
+
+    const BlockExit e = leaveBlock(k);
+    const HeightRange r = heightRange(k, e.t);
+    const VF error = errorAt(k, e.t, setF(cut.maxDelta));
+    const MI covered = hn::And(lanes, hn::Eq(state, setI(kSquareCovered)));
+    storeI(covered, k.level + one, b.level + k.p);
+    const MI here = hn::AndNot(covered, lanes);
+    const MI empty = hn::Eq(state, setI(kSquareEmpty));
+    const MI above = maskI(r.lo > maxZ + error), below = maskI(r.hi < minZ - error);
+    const MI skip = hn::And(here, hn::Or(empty, hn::Or(above, below)));
+    const VI side = hn::IfThenZeroElse(empty, select(above, one, setI(-1)));
+    if (!hn::AllFalse(DI(), skip)) {
+        moveOn(cut, k, keepSide(k, skip, side), e, noLanes());
+    }
+    const MI inside = hn::AndNot(skip, here);
+    const MI drawn = hn::And(inside, hn::Eq(state, setI(kSquareDrawn)));
+    const MI down = hn::AndNot(drawn, inside);
+    if (!hn::AllFalse(DI(), down)) goDown(k, down, e, r.entry, maxZ + error);
+    if (!hn::AllFalse(DI(), drawn)) enterTiles(cut, pools, k, drawn, slot);
+    storeI(lanes, loadI(b.steps + k.p) + one, b.steps + k.p);
+}
+
+/// One step of a packet; false when all of its lanes are done.
+template <bool kInt16>
+HWY_INLINE bool stepPacket(const TerrainCut& cut, const Pools& pools, RayBlock& b, size_t p) {
+    const VI state = loadI(b.state + p);
+    const MI active = hn::Ne(state, hn::Zero(DI()));
+    if (hn::AllFalse(DI(), active)) return false;
+    Packet k = loadPacket(b, p);
+    const MI inDirectory = hn::Eq(state, setI(kLaneDirectory));
+    const MI atCell = hn::And(hn::Eq(state, setI(kLaneTile)), hn::Eq(k.level, loadI(b.mip + p)));
+    const MI atNode = hn::AndNot(hn::Or(inDirectory, atCell), active);
+    const size_t cells = hn::CountTrue(DI(), atCell);
+    const size_t nodes = hn::CountTrue(DI(), atNode);
+    if (!hn::AllFalse(DI(), inDirectory)) stepDirectory(cut, pools, k, inDirectory);
+    if (nodes != 0) stepNodes(cut, pools, k, atNode);
+    // A cell's test costs several steps: wait until enough lanes want one.
+    if (cells * 3 > hn::CountTrue(DI(), active) || (cells != 0 && nodes == 0))
+        stepCells<kInt16>(cut, pools, k, atCell);
+    return true;
+}
+
+template <bool kInt16>
+void traceLanes(const TerrainCut& cut, const Pools& pools, RayBlock& b, int count) {
+    constexpr size_t kLanes = HWY_LANES(float) < 16 ? HWY_LANES(float) : 16;
+    size_t starts[kBlockRays];
+    size_t packets = 0;
+    for (size_t p = 0; p < static_cast<size_t>(count); p += kLanes) starts[packets++] = p;
+    while (packets !=
+           0) {  // in turns, so that one packet's gathers hide behind the others' arithmetic
+        size_t left = 0;
+        for (size_t q = 0; q < packets; ++q)
+            if (stepPacket<kInt16>(cut, pools, b, starts[q])) starts[left++] = starts[q];
+        packets = left;
+    }
+}
+
+void traceBlockLanes(const TerrainCut& cut, RayBlock& b, int count) {
+    const auto middle = [](const void* pool) {
+        return reinterpret_cast<uintptr_t>(pool) + 0x80000000u;
+    };
+    const Pools pools{reinterpret_cast<const int32_t*>(middle(cut.bounds)),
+                      reinterpret_cast<const float*>(middle(cut.posts)),
+                      reinterpret_cast<const int32_t*>(cut.tiles),
+                      reinterpret_cast<const int32_t*>(cut.squares),
+                      reinterpret_cast<const int32_t*>(cut.levels),
+                      0.5f * (cut.minZ + cut.maxZ)};
+    if (cut.format == 0)
+        traceLanes<true>(cut, pools, b, count);
+    else
+        traceLanes<false>(cut, pools, b, count);
+}
+
+}  // namespace terray::simd::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // include guard per target

@@ -1,0 +1,285 @@
+// SPDX-License-Identifier: Apache-2.0
+// Ray queries: double-precision set-up, the float packets of kernel/simd, and a double-precision
+// finish that fixes each hit's distance and hands uncertain rays to kernel/exact.
+#include "kernel/trace.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kernel/exact/cell.h"
+#include "kernel/exact/exact.h"
+#include "kernel/simd/trace_block.h"
+
+namespace terray {
+namespace {
+
+using simd::kBlockRays;
+using simd::RayBlock;
+
+constexpr float kBelowOne = 0.99999994f;
+constexpr double kSteep = 1e-30;  ///< a step below this is none: the ray is vertical in that axis
+
+float inverseOf(double step) {
+    return std::fabs(step) < kSteep ? 1e30f : static_cast<float>(1.0 / step);
+}
+float stepOf(double step) { return std::fabs(step) < kSteep ? 0.0f : static_cast<float>(step); }
+
+float anchorHeight(const TerrainCut& cut) { return 0.5f * (cut.minZ + cut.maxZ); }
+
+/// Puts the float ray into lane k, t counted from `begin`, anchored at mip-0 cell (x, y).
+void placeRay(const TerrainCut& cut, const Ray& ray, const exact::Clip& clip, int64_t x, int64_t y,
+              RayBlock& b, int k) {
+    const double px = ray.x + ray.dx * clip.begin, py = ray.y + ray.dy * clip.begin;
+    const double z = exact::rayHeight(ray, clip.begin) - static_cast<double>(anchorHeight(cut));
+    const double dz = ray.dz + 2.0 * ray.bend * clip.begin;
+    const double length = clip.end - clip.begin;
+    b.anchorX[k] = static_cast<int32_t>(x);
+    b.anchorY[k] = static_cast<int32_t>(y);
+    b.fx[k] = std::clamp(static_cast<float>(px - static_cast<double>(x)), 0.0f, kBelowOne);
+    b.fy[k] = std::clamp(static_cast<float>(py - static_cast<double>(y)), 0.0f, kBelowOne);
+    b.dx[k] = stepOf(ray.dx);
+    b.dy[k] = stepOf(ray.dy);
+    b.inverseDx[k] = inverseOf(ray.dx);
+    b.inverseDy[k] = inverseOf(ray.dy);
+    b.z[k] = static_cast<float>(z);
+    b.dz[k] = static_cast<float>(dz);
+    b.bend[k] = static_cast<float>(ray.bend);
+    b.vertex[k] = ray.bend > 0.0
+                      ? static_cast<float>(std::clamp(-dz / (2.0 * ray.bend), -1e30, 1e30))
+                      : (dz < 0.0 ? 1e30f : -1e30f);
+    b.tEnd[k] = static_cast<float>(length) * 1.000001f;
+    const double reach = std::fabs(z) + static_cast<double>(cut.maxZ - cut.minZ) + 1e-3;
+    b.error0[k] = simd::kFloatError * static_cast<float>(reach);
+    b.error1[k] = simd::kFloatError * static_cast<float>(std::fabs(dz) + 2.0 * ray.bend * length);
+    b.shift1[k] = simd::kFloatError * static_cast<float>(std::fabs(ray.dx) + std::fabs(ray.dy));
+    b.t[k] = 0.0f;
+    b.x[k] = b.anchorX[k];
+    b.y[k] = b.anchorY[k];
+    b.steps[k] = 0;
+    b.side[k] = 0;
+    b.result[k] = simd::kResultMiss;
+    b.slot[k] = 0;
+    b.mip[k] = 0;
+    b.boundsOffset[k] = b.postsOffset[k] = 0;
+    b.boundsZ[k] = b.boundsStep[k] = b.postsZ[k] = b.postsStep[k] = b.tileDelta[k] = 0.0f;
+    b.state[k] = simd::kLaneDirectory;
+    b.level[k] = std::max(cut.rootLevel - 1, 0) + kTileLevels;
+}
+
+/// An idle lane: every field defined, nothing to do.
+void placeIdle(const TerrainCut& cut, RayBlock& b, int k) {
+    placeRay(cut, Ray{0, 0, 0, 1, 1, 0, 0, 0, 1}, {0.0, 1.0}, 0, 0, b, k);
+    b.state[k] = simd::kLaneDone;
+}
+
+int64_t cellOf(double place, int32_t cells) {
+    return std::clamp(static_cast<int64_t>(std::floor(place)), int64_t{0},
+                      static_cast<int64_t>(cells) - 1);
+}
+
+/// Distance of a certain hit within its cell; false if double precision does not see it there.
+bool finishHit(const TerrainCut& cut, const Ray& ray, const exact::Clip& clip, const RayBlock& b,
+               int k, Hit& hit) {
+    const int mip = b.mip[k];
+    const exact::Cell cell =
+        exact::loadCell(cut, static_cast<uint32_t>(b.slot[k]), b.x[k] >> mip, b.y[k] >> mip);
+    const exact::CellRay r = exact::cellRay(ray, mip);
+    double begin = clip.begin, end = clip.end;
+    const auto slab = [&](double origin, double step, double lo) {
+        if (step == 0.0) return;
+        const double inverse = 1.0 / step, a = (lo - origin) * inverse,
+                     c = (lo + 1.0 - origin) * inverse;
+        begin = std::max(begin, std::min(a, c));
+        end = std::min(end, std::max(a, c));
+    };
+    const auto x = static_cast<double>(cell.x), y = static_cast<double>(cell.y);
+    slab(r.x, r.dx, x);
+    slab(r.y, r.dy, y);
+    if (!(begin < end) || !cell.valid) return false;
+    const double u = std::clamp(r.x + r.dx * begin - x, 0.0, 1.0),
+                 v = std::clamp(r.y + r.dy * begin - y, 0.0, 1.0);
+    const exact::Quadratic q = exact::cellQuadratic(cell, ray, begin, u, v);
+    const auto s = exact::firstRoot(q, end - begin, q.at(end - begin));
+    if (!s) return false;
+    const double t = begin + *s;
+    hit.t = static_cast<float>(t);
+    hit.tile = cell.slot;
+    hit.cell = static_cast<uint32_t>((cell.y & 511) * kSlotCells + (cell.x & 511));
+    hit.u = static_cast<float>(std::clamp(r.x + r.dx * t - x, 0.0, 1.0));
+    hit.v = static_cast<float>(std::clamp(r.y + r.dy * t - y, 0.0, 1.0));
+    hit.mip = static_cast<uint8_t>(mip);
+    hit.flags = static_cast<uint8_t>(kHitValid | (q.f0 < 0.0 ? kHitFromBelow : 0));
+    return true;
+}
+
+uint16_t stepCount(int32_t steps) { return static_cast<uint16_t>(std::min(steps, 0xFFFF)); }
+
+void firstHitsBlock(const TerrainCut& cut, std::span<const Ray> rays, std::span<Hit> hits,
+                    TraceCounters& counters) {
+    RayBlock b;
+    exact::Clip clips[kBlockRays];
+    const int count = static_cast<int>(rays.size());
+    const int padded = (count + 15) / 16 * 16;
+    for (int k = 0; k < count; ++k) {
+        const Ray& ray = rays[static_cast<size_t>(k)];
+        const exact::Clip clip = clips[k] = exact::clipRay(cut, ray);
+        if (!(clip.begin <= clip.end)) {
+            placeIdle(cut, b, k);
+            continue;
+        }
+        placeRay(cut, ray, clip, cellOf(ray.x + ray.dx * clip.begin, cut.cellsX),
+                 cellOf(ray.y + ray.dy * clip.begin, cut.cellsY), b, k);
+    }
+    for (int k = count; k < padded; ++k) placeIdle(cut, b, k);
+    simd::traceBlock(cut, b, padded);
+    for (int k = 0; k < count; ++k) {
+        const Ray& ray = rays[static_cast<size_t>(k)];
+        Hit& hit = hits[static_cast<size_t>(k)];
+        hit = Hit{};
+        hit.steps = stepCount(b.steps[k]);
+        counters.steps += static_cast<uint64_t>(b.steps[k]);
+        if (b.result[k] != simd::kResultMiss) {
+            const bool finished = b.result[k] == simd::kResultHit && cut.constantSurface == 0 &&
+                                  finishHit(cut, ray, clips[k], b, k, hit);
+            if (!finished) {
+                hit = exact::firstHit(cut, ray);
+                counters.steps += hit.steps;
+                ++counters.redone;
+            }
+            counters.hits += isHit(hit) ? 1u : 0u;
+        }
+    }
+    counters.rays += static_cast<uint64_t>(count);
+}
+
+enum class FirstCell { Occluded, GoesOn, Uncertain };
+
+/// The hit cell of a shadow ray, its root t = 0 divided out: f(t) / t = f1 + f2 t. On GoesOn, the
+/// lane stands at the next cell.
+FirstCell leaveHitCell(const TerrainCut& cut, const Hit& hit, const Ray& ray, RayBlock& b, int k) {
+    if (cut.constantSurface != 0 || (hit.flags & kHitStrip) != 0) return FirstCell::Uncertain;
+    const TileDesc& tile = cut.tiles[hit.tile];
+    const int mip = hit.mip;
+    const int64_t x = (tile.x >> mip) + cellX(hit), y = (tile.y >> mip) + cellY(hit);
+    const exact::Cell cell = exact::loadCell(cut, hit.tile, x, y);
+    const double u = static_cast<double>(hit.u), v = static_cast<double>(hit.v);
+    const exact::CellRay r = exact::cellRay(ray, mip);
+    const double bb = cell.h10 - cell.h00, cc = cell.h01 - cell.h00,
+                 dd = (cell.h11 - cell.h01) - bb;
+    const double f1 = ray.dz - (bb * r.dx + cc * r.dy + dd * (u * r.dy + v * r.dx));
+    const double f2 = ray.bend - dd * r.dx * r.dy;
+    const double side = (hit.flags & kHitFromBelow) != 0 ? -1.0 : 1.0;
+    const double tx = r.dx != 0.0 ? ((r.dx > 0.0 ? 1.0 - u : -u) / r.dx) : 1e30;
+    const double ty = r.dy != 0.0 ? ((r.dy > 0.0 ? 1.0 - v : -v) / r.dy) : 1e30;
+    const double exit = std::max(std::min(tx, ty), 0.0);
+    const double g0 = side * f1, g1 = side * (f1 + f2 * exit);
+    const double unsure =
+        1e-9 * (std::fabs(ray.dz) + std::fabs(bb * r.dx) + std::fabs(cc * r.dy) + 1e-6);
+    if (g0 < -unsure || g1 < -unsure) return FirstCell::Occluded;
+    if (g0 < unsure || g1 < unsure) return FirstCell::Uncertain;
+    const exact::Clip clip{0.0, exact::clipRay(cut, ray).end};
+    if (clip.end <= exit) {
+        placeIdle(cut, b, k);  // leaves the terrain's box right here
+        return FirstCell::GoesOn;
+    }
+    const int64_t size = int64_t{1} << mip;
+    const double px = ray.x, py = ray.y;
+    const int64_t ax =
+        std::clamp(static_cast<int64_t>(std::floor(px)), x * size, (x + 1) * size - 1);
+    const int64_t ay =
+        std::clamp(static_cast<int64_t>(std::floor(py)), y * size, (y + 1) * size - 1);
+    placeRay(cut, ray, clip, ax, ay, b, k);
+    int64_t nx, ny;
+    if (tx <= ty) {
+        nx = ray.dx > 0.0 ? (x + 1) * size : x * size - 1;
+        ny = std::clamp(static_cast<int64_t>(std::floor(py + ray.dy * exit)), y * size,
+                        (y + 1) * size - 1);
+    } else {
+        ny = ray.dy > 0.0 ? (y + 1) * size : y * size - 1;
+        nx = std::clamp(static_cast<int64_t>(std::floor(px + ray.dx * exit)), x * size,
+                        (x + 1) * size - 1);
+    }
+    if (nx < 0 || ny < 0 || nx >= cut.cellsX || ny >= cut.cellsY) {
+        b.state[k] = simd::kLaneDone;
+        return FirstCell::GoesOn;
+    }
+    b.t[k] = static_cast<float>(exit);
+    b.x[k] = static_cast<int32_t>(nx);
+    b.y[k] = static_cast<int32_t>(ny);
+    b.side[k] = side > 0.0 ? 1 : -1;
+    const int tileShift = mip + kTileLevels;
+    b.level[k] = tileShift;
+    if ((nx >> tileShift) == (tile.x >> tileShift) && (ny >> tileShift) == (tile.y >> tileShift)) {
+        const float anchor = anchorHeight(cut);
+        b.state[k] = simd::kLaneTile;
+        b.level[k] = mip + 1;  // the neighbours first as a group
+        b.slot[k] = static_cast<int32_t>(hit.tile);
+        b.mip[k] = mip;
+        const auto posts = static_cast<uint32_t>(tile.posts) << (cut.format == 0 ? 1 : 2);
+        b.postsOffset[k] = static_cast<int32_t>(posts ^ 0x80000000u);
+        b.boundsOffset[k] =
+            static_cast<int32_t>((static_cast<uint32_t>(tile.bounds) << 2) ^ 0x80000000u);
+        b.postsZ[k] = tile.z0 - anchor;
+        b.postsStep[k] = tile.zStep;
+        b.boundsZ[k] = tile.boundsZ0 - anchor;
+        b.boundsStep[k] = tile.boundsStep;
+        b.tileDelta[k] = tile.maxDelta;
+    }
+    return FirstCell::GoesOn;
+}
+
+void occludedBlock(const TerrainCut& cut, std::span<const Hit> hits, std::span<const Ray> rays,
+                   std::span<uint8_t> dark, TraceCounters& counters) {
+    RayBlock b;
+    int source[kBlockRays];
+    int lanes = 0;
+    for (size_t k = 0; k < hits.size(); ++k) {
+        dark[k] = 0;
+        if (!isHit(hits[k])) continue;
+        ++counters.rays;
+        switch (leaveHitCell(cut, hits[k], rays[k], b, lanes)) {
+            case FirstCell::Occluded: dark[k] = 1; break;
+            case FirstCell::Uncertain:
+                dark[k] = exact::occluded(cut, hits[k], rays[k]) ? 1 : 0;
+                ++counters.redone;
+                break;
+            case FirstCell::GoesOn:
+                if (b.state[lanes] != simd::kLaneDone) source[lanes++] = static_cast<int>(k);
+                break;
+        }
+    }
+    const int padded = (lanes + 15) / 16 * 16;
+    for (int k = lanes; k < padded; ++k) placeIdle(cut, b, k);
+    simd::traceBlock(cut, b, padded);
+    for (int k = 0; k < lanes; ++k) {
+        const auto from = static_cast<size_t>(source[k]);
+        counters.steps += static_cast<uint64_t>(b.steps[k]);
+        dark[from] = b.result[k] == simd::kResultHit ? 1 : 0;
+        if (b.result[k] == simd::kResultUncertain) {
+            dark[from] = exact::occluded(cut, hits[from], rays[from]) ? 1 : 0;
+            ++counters.redone;
+        }
+    }
+    for (size_t k = 0; k < hits.size(); ++k) counters.hits += dark[k];
+}
+
+}  // namespace
+
+void firstHits(const TerrainCut& cut, std::span<const Ray> rays, std::span<Hit> hits,
+               TraceCounters& counters) {
+    for (size_t first = 0; first < rays.size(); first += kBlockRays) {
+        const size_t count = std::min<size_t>(kBlockRays, rays.size() - first);
+        firstHitsBlock(cut, rays.subspan(first, count), hits.subspan(first, count), counters);
+    }
+}
+
+void occluded(const TerrainCut& cut, std::span<const Hit> hits, std::span<const Ray> rays,
+              std::span<uint8_t> occluded, TraceCounters& counters) {
+    for (size_t first = 0; first < rays.size(); first += kBlockRays) {
+        const size_t count = std::min<size_t>(kBlockRays, rays.size() - first);
+        occludedBlock(cut, hits.subspan(first, count), rays.subspan(first, count),
+                      occluded.subspan(first, count), counters);
+    }
+}
+
+}  // namespace terray

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// Opening DEMs over GDAL: types, nodata, units, encodings, orientation, warping. See docs/input.md.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "base/result.h"
+#include "terray/options.h"
+#include "terray/terrain.h"
+#include "tile/height_source.h"
+
+namespace terray {
+
+/// An opened DEM: a source of posts in the working CRS, and the facts about the file.
+struct Dem {
+    std::unique_ptr<HeightSource> source;
+    SourceInfo facts;        ///< hasRange, holes: only after scanDem()
+    std::string dataCrsWkt;  ///< of the file or --assign-crs; empty if none
+};
+
+/// Opens a DEM; never reads more than the header (and auxiliary files). Errors: Input, Usage.
+Result<Dem> openDem(const std::string& path, const OpenOptions& options);
+
+/// Reads every sample of the file (not of the warped lattice) and fills the range and the number of
+/// holes.
+Result<void> scanDem(const std::string& path, const OpenOptions& options, SourceInfo& facts);
+
+/// GDAL set-up for the whole process: drivers registered once, errors caught, cache bounded.
+void initialiseGdal(uint64_t cacheBytes);
+
+}  // namespace terray

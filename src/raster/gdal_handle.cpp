@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// GDAL's set-up for the process: drivers, a bounded block cache, and no word of its own on stderr.
+#include "raster/gdal_handle.h"
+
+#include <algorithm>
+#include <mutex>
+
+#include "base/log.h"
+#include "base/stopwatch.h"
+#include "raster/dem.h"
+
+namespace terray {
+namespace {
+
+constexpr uint64_t kDefaultCacheBytes = 32u << 20;
+
+std::mutex messageMutex;
+std::string lastMessage;  // of any thread: GDAL decodes blocks on threads of its own
+
+std::string oneLine(std::string text) {
+    std::replace(text.begin(), text.end(), '\n', ' ');
+    while (!text.empty() && (text.back() == ' ' || text.back() == '.')) text.pop_back();
+    return text;
+}
+
+void CPL_STDCALL keepMessage(CPLErr severity, CPLErrorNum, const char* text) {
+    if (severity == CE_Debug || severity == CE_None) return;
+    const std::string line = oneLine(text);
+    if (severity == CE_Warning) log::writeDetail("GDAL: " + line);
+    const std::lock_guard lock(messageMutex);
+    lastMessage = line;
+}
+
+void registerOnce() {
+    static std::once_flag once;
+    std::call_once(once, [] {
+        CPLSetErrorHandler(keepMessage);
+        GDALAllRegister();
+        GDALSetCacheMax64(static_cast<GIntBig>(kDefaultCacheBytes));
+    });
+}
+
+}  // namespace
+
+void ensureGdal() { registerOnce(); }
+
+void initialiseGdal(uint64_t cacheBytes) {
+    registerOnce();
+    GDALSetCacheMax64(static_cast<GIntBig>(cacheBytes));
+}
+
+void clearGdalMessage() {
+    CPLErrorReset();
+    const std::lock_guard lock(messageMutex);
+    lastMessage.clear();
+}
+
+std::string gdalMessage() {
+    const std::string own = oneLine(CPLGetLastErrorMsg());
+    if (!own.empty()) return own;
+    const std::lock_guard lock(messageMutex);
+    return lastMessage;
+}
+
+uint64_t memoryBudget(uint64_t memoryBytes) {
+    if (memoryBytes != 0) return memoryBytes;
+    return std::min<uint64_t>(uint64_t{2} << 30, physicalMemoryBytes() / 2);
+}
+
+}  // namespace terray

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// A photo's bands as 8-bit RGBA: which bands are colours, what is alpha, how values are stretched.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "raster/gdal_handle.h"
+#include "terray/options.h"
+
+namespace terray {
+
+/// Pixels [x, x + width) x [y, y + height) of a raster, read as outWidth x outHeight.
+struct PhotoWindow {
+    int x = 0, y = 0, width = 0, height = 0;
+    int outWidth = 0, outHeight = 0;
+    bool isReduced() const { return outWidth != width || outHeight != height; }
+};
+
+/// Reads windows of a dataset as straight-alpha RGBA. confined, like the dataset.
+class PhotoPixels {
+public:
+    /// Errors: Usage (--photo-bands, --photo-stretch), Input (complex samples).
+    static Result<PhotoPixels> make(GDALDataset& dataset, const std::string& name,
+                                    const OpenOptions& options);
+
+    /// Fills outWidth * outHeight * 4 bytes. The first call settles the stretch, from its window.
+    Result<void> read(const PhotoWindow& window, uint8_t* rgba);
+
+    /// "bands 3, 2, 1, stretched from 2 to 98 %": after the first read.
+    std::string description() const;
+
+private:
+    enum class Alpha { None, Band, Mask, Nodata };
+    struct Range {
+        float low = 0, scale = 1;  ///< 8-bit value = (v - low) * scale
+    };
+    PhotoPixels(GDALDataset& dataset, std::string name)
+        : dataset_(&dataset), name_(std::move(name)) {}
+
+    void chooseBands(const OpenOptions& options);
+    void chooseAlpha();
+    Result<void> settleStretch(const PhotoWindow& window);
+    Result<void> readBytes(const PhotoWindow& window, uint8_t* rgba);
+    Result<void> readWide(const PhotoWindow& window, uint8_t* rgba);
+    Result<void> readPalette(const PhotoWindow& window, uint8_t* rgba);
+    Result<void> readBand(GDALRasterBand& band, const PhotoWindow& window, GDALDataType type,
+                          void* buffer, GSpacing pixelStep, GSpacing lineStep);
+    Result<void> applyAlpha(const PhotoWindow& window, uint8_t* rgba);
+    bool isNodata(size_t colour, float value) const;
+    Error unreadable() const;
+
+    GDALDataset* dataset_;
+    std::string name_;
+    std::vector<int> bands_;  // 1 (grey or palette) or 3
+    bool guessed_ = false;    // no colour interpretation said so
+    Alpha alpha_ = Alpha::None;
+    int alphaBand_ = 0;
+    std::array<std::optional<double>, 3> nodata_;
+    bool isPalette_ = false, isByte_ = true;
+    std::optional<std::array<double, 2>> stretch_;
+    std::array<Range, 3> ranges_;
+    bool settled_ = false;
+};
+
+}  // namespace terray

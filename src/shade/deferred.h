@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// The one Shader: what a frame prepares, and its three jobs (lit pictures, inspection modes, AOVs).
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "shade/background.h"
+#include "shade/display.h"
+#include "shade/ground.h"
+#include "shade/haze.h"
+#include "shade/light.h"
+#include "shade/photo_filter.h"
+#include "shade/ramp.h"
+#include "shade/shade.h"
+#include "shade/sky.h"
+#include "shade/sun_rays.h"
+
+namespace terray {
+
+/// Made by Shader::make. const-shared: shading keeps its scratch per thread.
+class DeferredShader final : public Shader {
+public:
+    DeferredShader(const ResidentTerrain& terrain, const TerrainCut& cut, const RayFrame& rays,
+                   const Photo* photo, const ShadeSettings& settings, const Background& background);
+    /// Survey, ramp and sky light: what can fail or takes time.
+    Result<void> prepare();
+
+    void shadeTile(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits, float weight,
+                   std::span<Colour> sum, ShadeCounters& counters) const override;
+    void toDisplay(std::span<const Colour> in, std::span<uint8_t> out) const override {
+        display_.apply(in, out);
+    }
+    void fillAov(Aov aov, const ImageTile& tile, std::span<const Hit> hits,
+                 std::span<float> out) const override;
+    double skyMs() const override { return skyMs_; }
+
+private:
+    /// A hit made ready for light.
+    struct Lit {
+        Ground ground;
+        glm::vec3 view;
+        float facing = 0;  ///< max(0, N.L)
+    };
+    /// Buffers that a thread keeps from tile to tile.
+    struct Scratch {
+        std::vector<Lit> lit;
+        std::vector<Hit> hits;
+        std::vector<Ray> rays;
+        std::vector<uint8_t> dark;
+    };
+
+    // shade_lit.cpp
+    void shadeLit(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits, float weight,
+                  std::span<Colour> sum, ShadeCounters& counters) const;
+    void prepareLit(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
+                    Scratch& scratch) const;
+    rules::Rgb litColour(const Hit& hit, const Lit& lit, float sunlit) const;
+    rules::Rgb rampAlbedo(const Ground& ground) const;
+    rules::Rgb photoColour(const Ground& ground, const rules::Rgb& light) const;
+    float gridCover(const Hit& hit, const Ground& ground) const;
+
+    // shade_flat.cpp
+    void shadeFlat(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits, float weight,
+                   std::span<Colour> sum, ShadeCounters& counters) const;
+    rules::Rgb flatColour(const Hit& hit, double px, double py, ShadeCounters& counters) const;
+    rules::Rgb shadowStepsColour(const Hit& hit, ShadeCounters& counters) const;
+
+    /// Premultiplied colour of a ray that misses, in the mode's own scale.
+    Colour missColour(const glm::vec3& view) const;
+
+    // aov.cpp
+    void shadowAov(std::span<const Hit> hits, std::span<float> out) const;
+    void vectorAov(Aov aov, const ImageTile& tile, std::span<const Hit> hits,
+                   std::span<float> out) const;
+    float aovValue(Aov aov, const Hit& hit, const WorldRay& ray) const;
+
+    const ResidentTerrain& terrain_;
+    const TerrainCut& cut_;
+    const RayFrame& rays_;
+    ShadeSettings settings_;
+    Background background_;
+    GroundSampler ground_;
+    SunRays sunRays_;
+    SceneReach reach_;
+    rules::Light light_;
+    rules::Air air_;
+    DisplayCurve display_;
+    std::optional<HeightRamp> ramp_;
+    std::optional<SkyLight> sky_;
+    const Photo* photo_ = nullptr;
+    std::optional<PhotoFilter> photoFilter_;
+    std::vector<float> sceneFromPhoto_;  ///< scene value that displays as a photo's linear value
+    float sampleShare_ = 1;              ///< width of a sample, in pixels
+    double skyMs_ = 0;
+};
+
+}  // namespace terray

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scene-linear sums to 8-bit sRGB by table.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "shade/shade.h"
+
+namespace terray {
+
+/// const-shared.
+class DisplayCurve {
+public:
+    /// With the shoulder for lit pictures, without it for inspection modes.
+    explicit DisplayCurve(bool shoulder);
+    void apply(std::span<const Colour> in, std::span<uint8_t> out) const;
+
+private:
+    static constexpr float kMost = 4.0f;  ///< scene value of the table's end
+    static constexpr size_t kSize = 1 << 15;
+    uint8_t code(float scene) const;
+
+    std::array<uint8_t, kSize + 1> codes_{};
+};
+
+}  // namespace terray

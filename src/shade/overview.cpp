@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copies one mip's tiles into a grid.
+#include "shade/overview.h"
+
+#include <oneapi/tbb/parallel_for.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "kernel/height.h"
+
+namespace terray {
+
+Overview makeOverview(const TerrainCut& cut, const TilingScheme& scheme, int64_t mostPosts) {
+    Overview view;
+    while (view.mip + 1 < scheme.mipCount() &&
+           scheme.columnsAt(view.mip) * scheme.rowsAt(view.mip) > mostPosts)
+        ++view.mip;
+    view.width = static_cast<int>(scheme.columnsAt(view.mip));
+    view.height = static_cast<int>(scheme.rowsAt(view.mip));
+    const auto stride = static_cast<size_t>(view.width);
+    view.heights.assign(stride * static_cast<size_t>(view.height),
+                        std::numeric_limits<float>::quiet_NaN());
+    oneapi::tbb::parallel_for(0, scheme.tilesY(view.mip), [&](int tileY) {
+        for (int tileX = 0; tileX < scheme.tilesX(view.mip); ++tileX) {
+            const int column = tileX * kTileCells, row = tileY * kTileCells;
+            const uint32_t slot = slotAt(cut, view.mip, int64_t{column} << view.mip,
+                                         int64_t{row} << view.mip);
+            if (slot == kNoSlot) continue;
+            const TileDesc& tile = cut.tiles[slot];
+            // The last post of a tile is the next one's first; only the last tile writes it.
+            const int posts = tileX + 1 == scheme.tilesX(view.mip) ? kTilePosts : kTileCells;
+            const int lines = tileY + 1 == scheme.tilesY(view.mip) ? kTilePosts : kTileCells;
+            for (int y = 0; y < std::min(lines, view.height - row); ++y) {
+                float* out = &view.heights[static_cast<size_t>(row + y) * stride +
+                                           static_cast<size_t>(column)];
+                for (int x = 0; x < std::min(posts, view.width - column); ++x)
+                    out[x] = postHeight(cut, tile, x, y);
+            }
+        }
+    });
+    return view;
+}
+
+}  // namespace terray

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// A photo filtered to a pixel's footprint: mips in linear light, taps along the footprint's longer
+// axis (paper 000, section 3.3; after Feline, McCormack et al. 1999).
+#pragma once
+
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <span>
+#include <vector>
+
+#include "raster/photo.h"
+#include "shade/rules/colour.h"
+
+namespace terray {
+
+/// Linear light, premultiplied by the share that the photo covers.
+struct PhotoSample {
+    rules::Rgb colour{0.0f};
+    float cover = 0;
+};
+
+/// Borrows the photo's finest pixels. const-shared.
+class PhotoFilter {
+public:
+    explicit PhotoFilter(const Photo& photo);
+
+    /// Mean over the parallelogram of `a` and `b` (photo pixels per picture sample) around a place
+    /// given in photo pixels, centres at whole numbers.
+    PhotoSample at(Vec2 place, glm::vec2 a, glm::vec2 b) const;
+
+    int mipCount() const { return static_cast<int>(mips_.size()); }
+
+private:
+    struct Mip {
+        int width = 0, height = 0;
+        std::vector<uint8_t> own;  ///< straight-alpha sRGB like the photo's; empty for mip 0
+        const uint8_t* rgba = nullptr;
+        float scale = 1;  ///< pixels of this mip per photo pixel
+    };
+    void addTap(const Mip& mip, Vec2 place, float weight, PhotoSample& sum) const;
+    static Mip halve(const Mip& fine);
+
+    std::vector<Mip> mips_;
+    int width_ = 0, height_ = 0;
+};
+
+}  // namespace terray

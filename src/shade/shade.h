@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// Hits to colour, deferred: everything that a pixel shows is decided here, from hits alone.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "base/result.h"
+#include "kernel/trace.h"
+#include "raster/photo.h"
+#include "stream/resident.h"
+#include "terray/options.h"
+#include "view/ray_frame.h"
+
+namespace terray {
+
+/// Linear-light colour (sRGB primaries), premultiplied by alpha; scene-referred: 1 is diffuse white
+/// in sun.
+struct Colour {
+    float r = 0, g = 0, b = 0, a = 0;
+};
+
+/// Sun as shading and shadows use it, at the terrain's centre.
+struct Sun {
+    Vec3 towards{0, 0, 1};  ///< unit, true world axes (unexaggerated); grid north is +y
+    Vec2 centre{
+        0, 0};  ///< world place where `towards` holds; elevation elsewhere follows the curvature
+    bool belowHorizon = false;
+};
+
+struct ShadeSettings {
+    Shading shading = Shading::Ramp;
+    RenderOptions options;  ///< look options as given
+    Sun sun;
+    std::string crsWkt;  ///< for nothing but legend text
+};
+
+struct ShadeCounters {
+    uint64_t shadowRays = 0;
+};
+
+class HeightRamp;
+
+/// All that is prepared once per frame: ramp, sky-light field, photo mips, haze. const-shared.
+class Shader {
+public:
+    /// `photo` may be null (required for Shading::Photo: Error Usage). Borrowed things outlive the
+    /// shader.
+    static Result<std::unique_ptr<Shader>> make(const ResidentTerrain& terrain,
+                                                const TerrainCut& cut, const RayFrame& rays,
+                                                const Photo* photo, const ShadeSettings& settings);
+    virtual ~Shader() = default;
+
+    /// Adds weight * colour of every pixel of the tile to `sum` (row by row). `offset` is the
+    /// sample's.
+    virtual void shadeTile(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
+                           float weight, std::span<Colour> sum, ShadeCounters& counters) const = 0;
+
+    /// Scene-linear to display: soft filmic shoulder, sRGB, straight alpha; 8 bit.
+    /// `out` has 4 bytes a pixel. Inspection modes (normal, mip, ...) pass through without the
+    /// shoulder.
+    virtual void toDisplay(std::span<const Colour> in, std::span<uint8_t> out) const = 0;
+
+    /// Values of an AOV for the hits through pixel centres; `channels` (1 or 3) floats a pixel, NaN
+    /// = miss.
+    virtual void fillAov(Aov aov, const ImageTile& tile, std::span<const Hit> hits,
+                         std::span<float> out) const = 0;
+
+    /// The ramp that tints heights, for the legend; null in modes without one.
+    virtual const HeightRamp* ramp() const { return nullptr; }
+
+    /// Milliseconds spent on sky sweeps while making it.
+    virtual double skyMs() const = 0;
+};
+
+constexpr int aovChannels(Aov aov) { return aov == Aov::Position || aov == Aov::Normal ? 3 : 1; }
+
+/// Built-in ramps for `terray render --ramp`.
+struct RampName {
+    std::string name, line;
+};
+std::span<const RampName> rampTable();
+
+}  // namespace terray

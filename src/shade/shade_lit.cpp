@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lit pictures: hits to ground, ground to shadow rays, and all of it to colour through the air.
+#include <algorithm>
+
+#include "shade/deferred.h"
+#include "shade/rules/lines.h"
+
+namespace terray {
+
+using rules::Rgb;
+
+namespace {
+
+const Rgb kRock = rules::sceneFromCodes(128, 123, 118);
+const Rgb kClay = rules::sceneFromCodes(224, 222, 218);
+const Rgb kContour = rules::sceneFromCodes(92, 68, 50);
+const Rgb kGridLine = rules::sceneFromCodes(36, 42, 52);
+
+float look(const std::vector<float>& table, float v) {
+    const float x = std::clamp(v, 0.0f, 1.0f) * static_cast<float>(table.size() - 1);
+    const size_t k = std::min(static_cast<size_t>(x), table.size() - 2);
+    const float f = x - static_cast<float>(k);
+    return table[k] + f * (table[k + 1] - table[k]);
+}
+
+}  // namespace
+
+void DeferredShader::prepareLit(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
+                                Scratch& scratch) const {
+    const size_t count = hits.size();
+    scratch.lit.resize(count);
+    scratch.hits.resize(count);
+    scratch.rays.resize(count);
+    scratch.dark.assign(count, 0);
+    const bool sun = light_.sun.g > 0;
+    const bool shadows = sun && settings_.options.shadows;
+    const bool soft = settings_.options.samples > 1;
+    const Vec2 onDisc = soft ? 2.0 * (offset - Vec2{0.5, 0.5}) : Vec2{0, 0};
+    size_t k = 0;
+    for (int y = 0; y < tile.height; ++y) {
+        const double py = tile.y + y + offset.y;
+        for (int x = 0; x < tile.width; ++x, ++k) {
+            const Hit& hit = hits[k];
+            scratch.hits[k].flags = 0;
+            if (!isHit(hit)) continue;
+            Lit& lit = scratch.lit[k];
+            lit.ground = ground_.at(hit, tile.x + x + offset.x, py);
+            lit.facing = 0;
+            if (!sun) continue;
+            const Ground& g = lit.ground;
+            lit.facing = std::max(0.0f, glm::dot(g.normal, sunRays_.towardsAt(g.i, g.j)));
+            if (!shadows || lit.facing <= 0) continue;
+            scratch.hits[k] = hit;
+            scratch.rays[k] = sunRays_.from(g.i, g.j, static_cast<double>(g.height), onDisc);
+        }
+    }
+}
+
+void DeferredShader::shadeLit(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
+                              float weight, std::span<Colour> sum, ShadeCounters& counters) const {
+    thread_local Scratch scratch;
+    prepareLit(tile, offset, hits, scratch);
+    if (light_.sun.g > 0 && settings_.options.shadows) {
+        TraceCounters traced;
+        occluded(cut_, scratch.hits, scratch.rays, scratch.dark, traced);
+        counters.shadowRays += traced.rays;
+    }
+    size_t k = 0;
+    for (int y = 0; y < tile.height; ++y) {
+        for (int x = 0; x < tile.width; ++x, ++k) {
+            Colour add;
+            if (isHit(hits[k])) {
+                const Rgb c = litColour(hits[k], scratch.lit[k], scratch.dark[k] ? 0.0f : 1.0f);
+                add = {c.r, c.g, c.b, 1.0f};
+            } else {
+                add = missColour(ground_.viewAt(tile.x + x + offset.x, tile.y + y + offset.y));
+            }
+            sum[k].r += weight * add.r;
+            sum[k].g += weight * add.g;
+            sum[k].b += weight * add.b;
+            sum[k].a += weight * add.a;
+        }
+    }
+}
+
+Rgb DeferredShader::litColour(const Hit& hit, const Lit& lit, float sunlit) const {
+    const Ground& ground = lit.ground;
+    const Rgb light = rules::lightOn(light_, lit.facing, sunlit, sky_->at(ground.i, ground.j),
+                                     ground.normal.z);
+    Rgb colour;
+    switch (settings_.shading) {
+        case Shading::Photo: colour = photoColour(ground, light); break;
+        case Shading::Light: colour = kClay * light; break;
+        default: colour = rampAlbedo(ground) * light; break;
+    }
+    if (settings_.options.contoursM > 0) {
+        const float perPixel = glm::length(glm::vec2{glm::dot(ground.gradient, ground.footX),
+                                                     glm::dot(ground.gradient, ground.footY)});
+        const float cover = rules::contourCover(ground.height, perPixel,
+                                                static_cast<float>(settings_.options.contoursM));
+        colour = glm::mix(colour, kContour * light, cover);
+    }
+    if (settings_.shading == Shading::Grid)
+        colour = glm::mix(colour, kGridLine, 0.8f * gridCover(hit, ground));
+    return rules::throughAir(air_, colour, ground.distance);
+}
+
+Rgb DeferredShader::rampAlbedo(const Ground& ground) const {
+    const Tint tint = ramp_->at(ground.height);
+    const float steep = tint.rock * rules::smoothStep(0.55f, 1.30f, ground.slope());
+    const Rgb bare = glm::mix(kClay, tint.colour, tint.cover);
+    return glm::mix(bare, kRock, steep);
+}
+
+Rgb DeferredShader::photoColour(const Ground& ground, const Rgb& light) const {
+    const Affine2& map = photo_->worldFromPixel;
+    const Vec2 world = rays_.worldFromLattice().worldFromLattice({ground.i, ground.j});
+    const LatticePoint place = map.latticeFromWorld(world);
+    const auto pixels = [&](const glm::vec2& metres) {
+        const LatticePoint p = map.latticeDirection(Vec2(metres * sampleShare_));
+        return glm::vec2{p.i, p.j};
+    };
+    const PhotoSample photo =
+        photoFilter_->at({place.i, place.j}, pixels(ground.footX), pixels(ground.footY));
+    Rgb colour{0.0f};
+    if (photo.cover > 0) {
+        const Rgb shown = photo.colour / photo.cover;
+        const Rgb scene{look(sceneFromPhoto_, shown.r), look(sceneFromPhoto_, shown.g),
+                        look(sceneFromPhoto_, shown.b)};
+        const auto relief = static_cast<float>(settings_.options.reliefOnPhotoPercent / 100.0);
+        colour = scene * glm::mix(Rgb{1.0f}, light, relief) * photo.cover;
+    }
+    const float bare = 1.0f - photo.cover;
+    return bare > 0.002f ? colour + rampAlbedo(ground) * light * bare : colour;
+}
+
+float DeferredShader::gridCover(const Hit& hit, const Ground& ground) const {
+    const Affine2& map = rays_.worldFromLattice();
+    const LatticePoint right = map.latticeDirection(Vec2(ground.footX));
+    const LatticePoint down = map.latticeDirection(Vec2(ground.footY));
+    const double cells = 1.0 / static_cast<double>(1u << hit.mip);
+    const auto perPixelI = static_cast<float>(std::hypot(right.i, down.i) * cells);
+    const auto perPixelJ = static_cast<float>(std::hypot(right.j, down.j) * cells);
+    const float cell = std::max(rules::isoCover(hit.u, perPixelI, 0.35f),
+                                rules::isoCover(hit.v, perPixelJ, 0.35f));
+    constexpr float kTile = 1.0f / kTileCells;
+    const float x = (static_cast<float>(cellX(hit)) + hit.u) * kTile;
+    const float y = (static_cast<float>(cellY(hit)) + hit.v) * kTile;
+    const float border = std::max(rules::isoCover(x, perPixelI * kTile, 1.0f),
+                                  rules::isoCover(y, perPixelJ * kTile, 1.0f));
+    return std::max(0.6f * cell, border);
+}
+
+}  // namespace terray

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// Building a resident terrain: size check, reading, then everything that follows from mip 0.
+#include "stream/resident.h"
+
+#include <algorithm>
+
+#include "base/stopwatch.h"
+#include "stream/build_mips.h"
+#include "stream/load.h"
+#include "stream/pool.h"
+
+namespace terray {
+namespace {
+
+constexpr double kGiB = 1 << 30;
+constexpr double kWorkBytes = 8 << 20;  ///< windows that are worked on, per terrain
+
+Result<void> checkSize(const TerrainInfo& info, uint64_t memoryBytes) {
+    const PoolSizes sizes = poolSizes(info);
+    const double needed = sizes.total() + kWorkBytes;
+    if (needed > static_cast<double>(memoryBytes)) {
+        return makeError(ErrorCode::Input,
+                         "'{}' ({} x {} posts) needs {:.2f} GiB of memory, but only {:.2f} GiB may "
+                         "be used; raise --memory or take a smaller window of the data",
+                         info.name, info.scheme.columns, info.scheme.rows, needed / kGiB,
+                         static_cast<double>(memoryBytes) / kGiB);
+    }
+    if (std::max(sizes.postBytes, sizes.boundBytes) > static_cast<double>(kLargestPoolBytes)) {
+        return makeError(ErrorCode::Input,
+                         "'{}' ({} x {} posts) is too large to be held in memory at once; take a "
+                         "smaller window of the data or a coarser copy of it",
+                         info.name, info.scheme.columns, info.scheme.rows);
+    }
+    return {};
+}
+
+}  // namespace
+
+ResidentTerrain::ResidentTerrain() = default;
+ResidentTerrain::~ResidentTerrain() = default;
+
+uint64_t ResidentTerrain::requiredBytes(const TerrainInfo& info) {
+    return static_cast<uint64_t>(std::min(poolSizes(info).total() + kWorkBytes, 0x1p63));
+}
+
+Result<std::unique_ptr<ResidentTerrain>> ResidentTerrain::build(const HeightSource& source,
+                                                                uint64_t memoryBytes,
+                                                                BuildStats& stats) {
+    TERRAY_TRY(checkSize(source.info(), memoryBytes));
+    std::unique_ptr<ResidentTerrain> terrain(new ResidentTerrain);
+    terrain->info_ = source.info();
+    auto pool = Pool::make(terrain->info_);
+    if (!pool) return pool.error();
+    terrain->pool_ = std::move(*pool);
+
+    const Stopwatch loading;
+    const auto loaded = loadFinest(source, *terrain->pool_);
+    if (!loaded) return loaded.error();
+    terrain->info_.minZ = loaded.value().minZ;
+    terrain->info_.maxZ = loaded.value().maxZ;
+    stats.loadMs = loading.elapsedMs();
+
+    const Stopwatch building;
+    TERRAY_TRY(buildMips(*terrain->pool_));
+    stats.buildMs = building.elapsedMs();
+    stats.holes = loaded.value().holes;
+    stats.residentBytes = static_cast<uint64_t>(poolSizes(terrain->info_).total());
+    return terrain;
+}
+
+int ResidentTerrain::mipCount() const { return pool_->mips; }
+
+uint32_t ResidentTerrain::slotOf(TileId id) const { return pool_->slotOf(id); }
+
+std::span<const BlockBounds> ResidentTerrain::blocks(uint32_t slot) const {
+    constexpr size_t count = kTileBlocks * kTileBlocks;
+    return {pool_->blocks.data() + size_t{slot} * count, count};
+}
+
+}  // namespace terray

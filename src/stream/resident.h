@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// A terrain wholly in memory: every tile of every mip in one pool, ready for any cut.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "base/result.h"
+#include "kernel/layout/layout.h"
+#include "tile/height_source.h"
+
+namespace terray {
+
+/// Figures of a build.
+struct BuildStats {
+    double loadMs = 0, buildMs = 0;
+    uint64_t residentBytes = 0;
+    uint64_t holes = 0;  ///< posts of mip 0 without a height
+};
+
+/// Tiles of all mips of a terrain in one contiguous pool. const-shared once built.
+class ResidentTerrain {
+public:
+    /// Memory the terrain will take; known from the header alone.
+    static uint64_t requiredBytes(const TerrainInfo& info);
+    /// Reads the source once, builds mips, pyramids and errors on all cores. Error Input when
+    /// requiredBytes exceeds `memoryBytes`; passes on read errors; Interrupted.
+    static Result<std::unique_ptr<ResidentTerrain>> build(const HeightSource& source,
+                                                          uint64_t memoryBytes, BuildStats& stats);
+    ~ResidentTerrain();
+
+    const TerrainInfo& info() const { return info_; }  ///< minZ, maxZ are exact
+    int mipCount() const;
+    uint32_t slotOf(TileId id) const;                          ///< kNoSlot outside
+    std::span<const BlockBounds> blocks(uint32_t slot) const;  ///< 64, row-major
+
+    /// A cut with every square undrawn but page table, pools and sizes filled: base of selectCut().
+    struct Pool;
+    const Pool& pool() const { return *pool_; }
+
+private:
+    ResidentTerrain();
+    TerrainInfo info_;
+    std::unique_ptr<Pool> pool_;
+};
+
+}  // namespace terray

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// The explicit table of techniques.
+#include "technique/ray_cast/ray_cast.h"
+#include "technique/technique.h"
+
+namespace terray {
+
+std::span<const TechniqueEntry> techniqueTable() {
+    static const TechniqueEntry kTable[] = {
+        {"ray_cast",
+         "every pixel's ray through the maximum mipmaps of the tile cut, exact (default)",
+         makeRayCast},
+    };
+    return kTable;
+}
+
+Result<std::unique_ptr<Technique>> makeTechnique(const std::string& name) {
+    std::string known;
+    for (const TechniqueEntry& entry : techniqueTable()) {
+        if (entry.name == name) return entry.make();
+        known += (known.empty() ? "" : ", ") + entry.name;
+    }
+    return makeError(ErrorCode::Usage, "--technique {}: there is no such technique; known: {}",
+                     name, known);
+}
+
+}  // namespace terray
