@@ -23,7 +23,8 @@ public:
         const double i = fractionX * cut_.cut().cellsX, j = fractionY * cut_.cut().cellsY;
         const Vec2 place = info_.worldFromLattice.worldFromLattice({i, j});
         const SurfaceCell cell = surfaceCellAt(cut_.cut(), i, j);
-        const double z = cell.slot == kNoSlot ? static_cast<double>(info_.maxZ) : cell.height(false);
+        const double z =
+            cell.slot == kNoSlot ? static_cast<double>(info_.maxZ) : cell.height(false);
         return {place.x, place.y, z};
     }
     /// The lowest (sign -1) or highest (+1) of 257 x 257 places in the middle of the lattice.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `terray-bench kernel`: primary rays a second of the exact tracer, six cameras, one thread and all.
+// `terray-bench kernel`: primary rays a second of the exact tracer, six cameras, one thread and
+// all.
 #include <fmt/format.h>
 #include <tbb/blocked_range.h>
 #include <tbb/enumerable_thread_specific.h>
@@ -42,7 +43,8 @@ constexpr int kTileSide = 64;
 /// One frame: ray set-up and tracing of every image tile, hits into a buffer of the thread.
 TraceCounters traceFrame(const Technique& technique, const TerrainCut& cut, const RayFrame& frame) {
     const int width = frame.camera().width, height = frame.camera().height;
-    const int columns = (width + kTileSide - 1) / kTileSide, rows = (height + kTileSide - 1) / kTileSide;
+    const int columns = (width + kTileSide - 1) / kTileSide,
+              rows = (height + kTileSide - 1) / kTileSide;
     struct Worker {
         std::vector<Hit> hits = std::vector<Hit>(kTileSide * kTileSide);
         TraceCounters counters;
@@ -126,9 +128,8 @@ void printTable(const std::vector<nlohmann::json>& lines) {
         fmt::print("{:<10} {:>7} {:>10.1f} {:>9.2f} {:>14.1f} {:>7.1f} {:>10.2f} {:>9.4f}\n",
                    line["camera"].get<std::string>(), line["threads"].get<int>(),
                    line["mrays_per_s"].get<double>(), line["ms"].get<double>(),
-                   line["mrays_per_cpu_s"].get<double>(),
-                   100 * line["hits"].get<double>() / rays, line["steps_per_ray"].get<double>(),
-                   100 * line["redone_share"].get<double>());
+                   line["mrays_per_cpu_s"].get<double>(), 100 * line["hits"].get<double>() / rays,
+                   line["steps_per_ray"].get<double>(), 100 * line["redone_share"].get<double>());
     }
 }
 
@@ -136,15 +137,14 @@ int runKernel(const KernelOptions& options) {
     if (!setSimdTarget(options.target)) {
         std::string known;
         for (const std::string& name : simdTargets()) known += (known.empty() ? "" : ", ") + name;
-        return report(makeError(ErrorCode::Usage, "--target {}: this machine has {}",
-                                options.target, known));
+        return report(
+            makeError(ErrorCode::Usage, "--target {}: this machine has {}", options.target, known));
     }
     auto technique = makeTechnique(options.technique);
     if (!technique) return report(technique.error());
-    const std::string source =
-        options.source.empty()
-            ? syntheticName("fractal", options.size, options.cell, options.format)
-            : options.source;
+    const std::string source = options.source.empty() ? syntheticName("fractal", options.size,
+                                                                      options.cell, options.format)
+                                                      : options.source;
     auto scene = loadScene(source);
     if (!scene) return report(scene.error());
     fmt::print("{}: {} x {} posts, loaded in {:.0f} ms, built in {:.0f} ms, {:.1f} MiB\n",
@@ -176,28 +176,40 @@ int runKernel(const KernelOptions& options) {
 }  // namespace
 
 void addKernel(CLI::App& program, Job& job) {
-    CLI::App* command = program.add_subcommand("kernel", "M rays/s of the exact tracer, six cameras");
+    CLI::App* command =
+        program.add_subcommand("kernel", "M rays/s of the exact tracer, six cameras");
     const auto options = std::make_shared<KernelOptions>();
-    command->add_option("source", options->source,
-                        "DEM file or synthetic:... (default: the fractal of --size, --cell, --format)");
+    command->add_option(
+        "source", options->source,
+        "DEM file or synthetic:... (default: the fractal of --size, --cell, --format)");
     command->add_option("--size", options->size, "posts a side of the fractal")
-        ->check(CLI::Range(2, 65536))->capture_default_str();
+        ->check(CLI::Range(2, 65536))
+        ->capture_default_str();
     command->add_option("--cell", options->cell, "metres between posts of the fractal")
-        ->check(CLI::PositiveNumber)->capture_default_str();
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
     command->add_option("--format", options->format, "posts of the fractal")
-        ->check(CLI::IsMember({"int16", "float"}))->capture_default_str();
+        ->check(CLI::IsMember({"int16", "float"}))
+        ->capture_default_str();
     command->add_option("--reps", options->reps, "timed repetitions; the median counts")
-        ->check(CLI::Range(1, 1000))->capture_default_str();
-    command->add_option("--width", options->width)->check(CLI::Range(1, 100000))->capture_default_str();
-    command->add_option("--height", options->height)->check(CLI::Range(1, 100000))->capture_default_str();
+        ->check(CLI::Range(1, 1000))
+        ->capture_default_str();
+    command->add_option("--width", options->width)
+        ->check(CLI::Range(1, 100000))
+        ->capture_default_str();
+    command->add_option("--height", options->height)
+        ->check(CLI::Range(1, 100000))
+        ->capture_default_str();
     command->add_option("--target", options->target, "SIMD target, e.g. AVX3 (default: the best)");
     command->add_option("--camera", options->camera, "one camera only")
         ->check(CLI::IsMember({"low50", "mid500", "high3000", "down5000", "valley", "mountain"}));
     command->add_option("--threads", options->threads, "thread counts (default: 1 and all cores)")
-        ->delimiter(',')->check(CLI::Range(1, 4096));
+        ->delimiter(',')
+        ->check(CLI::Range(1, 4096));
     command->add_option("--technique", options->technique)->capture_default_str();
     command->add_option("--tolerance", options->tolerance, "pixels of error allowed; 0: finest mip")
-        ->check(CLI::NonNegativeNumber)->capture_default_str();
+        ->check(CLI::NonNegativeNumber)
+        ->capture_default_str();
     command->add_flag("--constant", options->constant, "the constant surface instead of bilinear");
     command->footer("Example: terray-bench kernel --camera low50 --threads 1,2 --reps 9");
     command->callback([options, &job] { job = [options] { return runKernel(*options); }; });

@@ -50,7 +50,7 @@ def check_first_lines(root):
             if not line.startswith(prefix + " "):
                 break
             comment += line[len(prefix):]
-        if not re.match(r"\s+\S+(\s+\S+){2,}[.:]", comment):
+        if not re.match(r"\s+\S+(\s+\S+)+[.:]", comment):
             yield f"{path.relative_to(root)}:2: no sentence that says what the file is"
 
 

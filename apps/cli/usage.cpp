@@ -32,16 +32,19 @@ std::string usageMessage(const CLI::ParseError& error, const std::string& comman
     std::string what = unmarked(error.what());
     std::replace(what.begin(), what.end(), '\n', ' ');
     while (!what.empty() && (what.back() == ' ' || what.back() == '.')) what.pop_back();
-    if (error.get_name() == "ExtrasError") {
-        const auto colon = what.find(": ");
-        const std::string extras = colon == std::string::npos ? what : what.substr(colon + 2);
-        return fmt::format("'{}' is not expected here; {}", extras, help);
+    const auto colon = what.find(':');
+    switch (static_cast<CLI::ExitCodes>(error.get_exit_code())) {
+        case CLI::ExitCodes::ExtrasError:
+            what = colon == std::string::npos ? what : what.substr(colon + 2);
+            return fmt::format("'{}' is not expected here; {}", what, help);
+        case CLI::ExitCodes::ArgumentMismatch:
+            return fmt::format("{}: its value is missing; {}", what.substr(0, colon), help);
+        case CLI::ExitCodes::RequiredError:
+            if (what.find("SOURCE") != std::string::npos)
+                return fmt::format("SOURCE is missing: which terrain?; {}", help);
+            return fmt::format("what to do is missing; {}", help);
+        default: return fmt::format("{}; {}", what, help);
     }
-    if (error.get_name() == "ArgumentMismatch") {
-        const auto colon = what.find(':');
-        return fmt::format("{}: its value is missing; {}", what.substr(0, colon), help);
-    }
-    return fmt::format("{}; {}", what, help);
 }
 
 }  // namespace terray::cli

@@ -62,8 +62,9 @@ Result<void> addShading(const Terrain::State& state, const Sun& sun, Frame& fram
     auto shader = Shader::make(*state.resident, frame.cut.cut(), frame.rays, photo, settings);
     if (!shader) return shader.error();
     frame.shader = std::move(*shader);
-    auto annotations =
-        Annotations::make(frame.options, settings.shading, state.resident->info(), frame.rays);
+    const AnnotationContext context{frame.shader.get(), &frame.cut.cut()};
+    auto annotations = Annotations::make(frame.options, settings.shading, state.resident->info(),
+                                         frame.rays, context);
     if (!annotations) return annotations.error();
     frame.annotations = std::move(*annotations);
     return {};

@@ -40,9 +40,9 @@ TEST(DescribeCrs, GivesTheSameFactsForEveryWriting) {
         "PARAMETER[\"false_northing\",0],UNIT[\"metre\",1]]";
     const auto fromCode = describeCrs("EPSG:32633");
     ASSERT_TRUE(fromCode);
-    for (const std::string& text : {std::string(wkt1), fromCode->wkt,
-                                   std::string("+proj=utm +zone=33 +datum=WGS84"),
-                                   std::string("WGS 84 / UTM zone 33N")}) {
+    for (const std::string& text :
+         {std::string(wkt1), fromCode->wkt, std::string("+proj=utm +zone=33 +datum=WGS84"),
+          std::string("WGS 84 / UTM zone 33N")}) {
         const auto facts = describeCrs(text);
         ASSERT_TRUE(facts) << text;
         EXPECT_TRUE(facts->projected) << text;

@@ -12,7 +12,7 @@ namespace terray {
 struct GeoFrame::State {
     // the context must outlive the objects made in it: it is destroyed last
     proj::Context context;
-    proj::Object workingFromData;  // null: the same CRS
+    proj::Object workingFromData;            // null: the same CRS
     std::optional<proj::DegreeMap> degrees;  // of the data CRS; none: no (geodetic) CRS
     double metresPerUnit = 1;
     double dataLongitudesPerTurn = 0;  // data units of a full turn if the data are geographic
@@ -85,7 +85,8 @@ Result<GeoFrame> GeoFrame::make(const std::string& dataCrs, const std::string& w
     const proj::Object inner = proj::unbound(context, working->get());
     state->metresPerUnit = proj::axisUnit(context, inner.get(), 0).factor;
     if (proj::isGeographic(inner.get())) {
-        return makeError(ErrorCode::Usage, "the working CRS '{}' is in degrees; give a projected one",
+        return makeError(ErrorCode::Usage,
+                         "the working CRS '{}' is in degrees; give a projected one",
                          proj_get_name(inner.get()));
     }
     if (!proj_is_equivalent_to_with_ctx(context, data->get(), working->get(),
@@ -96,8 +97,7 @@ Result<GeoFrame> GeoFrame::make(const std::string& dataCrs, const std::string& w
     }
     const proj::Object dataInner = proj::unbound(context, data->get());
     if (proj::isGeographic(dataInner.get())) {
-        state->dataLongitudesPerTurn =
-            2 * kPi / proj::axisUnit(context, dataInner.get(), 0).factor;
+        state->dataLongitudesPerTurn = 2 * kPi / proj::axisUnit(context, dataInner.get(), 0).factor;
     }
     if (proj::isProjected(inner.get())) {
         Result<proj::DegreeMap> degrees = proj::DegreeMap::make(context, data->get());

@@ -144,16 +144,17 @@ Result<DegreeMap> DegreeMap::make(PJ_CONTEXT* context, const PJ* horizontalCrs) 
     map.degPerUnit_ = degFromRad(axisUnit(context, base.get(), 0).factor);
     const Object meridian(proj_get_prime_meridian(context, base.get()));
     double longitude = 0, factor = 0;
-    if (meridian && proj_prime_meridian_get_parameters(context, meridian.get(), &longitude, &factor,
-                                                       nullptr)) {
+    if (meridian &&
+        proj_prime_meridian_get_parameters(context, meridian.get(), &longitude, &factor, nullptr)) {
         map.primeMeridianDeg_ = degFromRad(longitude * factor);
     }
     if (isGeographic(inner.get())) return map;
-    const Object raw(proj_create_crs_to_crs_from_pj(context, inner.get(), base.get(), nullptr,
-                                                    nullptr));
+    const Object raw(
+        proj_create_crs_to_crs_from_pj(context, inner.get(), base.get(), nullptr, nullptr));
     if (raw) map.toGeographic_ = Object(proj_normalize_for_visualization(context, raw.get()));
     if (!map.toGeographic_) {
-        return makeError(ErrorCode::Input, "the CRS '{}' uses a projection that PROJ cannot compute",
+        return makeError(ErrorCode::Input,
+                         "the CRS '{}' uses a projection that PROJ cannot compute",
                          proj_get_name(horizontalCrs));
     }
     return map;

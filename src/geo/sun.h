@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where the sun is for a moment and a place: a published low-precision algorithm good to 0.01
-// degree (named, with its source, in sun.cpp), without refraction unless asked.
+// degree from 1950 to 2050 (named, with its source, in sun.cpp), without refraction.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@ struct SunPosition {
 };
 
 /// Julian day (UT) of an ISO 8601 moment: "2024-06-21T12:00:00Z", "...+02:00", "2024-06-21 12:00"
-/// (UTC).
+/// (UTC). Anything else is a Usage error that names --time.
 struct Moment {
     double julianDay = 0;
     bool hadOffset = false;  ///< the text named Z or an offset

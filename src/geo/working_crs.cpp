@@ -148,10 +148,10 @@ Projection makeUtm(PJ_CONTEXT* context, const Vec2& centre, bool isEarth) {
         return {proj::Object(proj_create_conversion_utm(context, zone, north)),
                 fmt::format("UTM zone {}{}", zone, north ? 'N' : 'S')};
     }
-    return {proj::Object(proj_create_conversion_transverse_mercator(
-                context, 0, centre.x, 0.9996, 500000, north ? 0 : 10000000, nullptr, 0, nullptr,
-                0)),
-            fmt::format("Transverse Mercator {:.6g}", centre.x)};
+    return {
+        proj::Object(proj_create_conversion_transverse_mercator(
+            context, 0, centre.x, 0.9996, 500000, north ? 0 : 10000000, nullptr, 0, nullptr, 0)),
+        fmt::format("Transverse Mercator {:.6g}", centre.x)};
 }
 
 Projection makePolar(PJ_CONTEXT* context, bool north, double longitude) {
@@ -198,8 +198,8 @@ proj::Object projectedOn(PJ_CONTEXT* context, const PJ* horizontal, const PJ* ba
 /// The same CRS as the EPSG registry has it (with its code), if it does.
 std::string registeredWkt(PJ_CONTEXT* context, const PJ* crs) {
     const PJ_TYPE type = PJ_TYPE_PROJECTED_CRS;
-    PJ_OBJ_LIST* list = proj_create_from_name(context, "EPSG", proj_get_name(crs), &type, 1, 0, 1,
-                                              nullptr);
+    PJ_OBJ_LIST* list =
+        proj_create_from_name(context, "EPSG", proj_get_name(crs), &type, 1, 0, 1, nullptr);
     std::string wkt;
     if (list && proj_list_get_count(list) > 0) {
         const proj::Object found(proj_list_get(context, list, 0));
@@ -232,8 +232,8 @@ Result<WorkingCrs> forcedCrs(PJ_CONTEXT* context, const CrsFacts& source, const 
     working.same = proj_is_equivalent_to_with_ctx(context, part.get(), horizontal,
                                                   PJ_COMP_EQUIVALENT_EXCEPT_AXIS_ORDER_GEOGCRS);
     if (!working.same) {
-        working.reason = fmt::format("warped from {} to {}, as --crs asks", source.name,
-                                     working.name);
+        working.reason =
+            fmt::format("warped from {} to {}, as --crs asks", source.name, working.name);
     }
     return working;
 }

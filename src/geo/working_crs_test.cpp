@@ -29,10 +29,10 @@ WorkingCrs chosen(const std::string& source, Vec2 lo, Vec2 hi, const std::string
 TEST(WorkingCrs, KeepsATrueProjection) {
     for (const char* source : {"EPSG:32633", "EPSG:26710", "EPSG:2056", "EPSG:25830"}) {
         const GeoFrame frame = GeoFrame::make(source, source).value();
-        const double lon = std::string(source) == "EPSG:26710" ? -122 :
-                           std::string(source) == "EPSG:25830" ? -3 :
-                           std::string(source) == "EPSG:2056"  ? 7.5 :
-                                                                 14;
+        const double lon = std::string(source) == "EPSG:26710"   ? -122
+                           : std::string(source) == "EPSG:25830" ? -3
+                           : std::string(source) == "EPSG:2056"  ? 7.5
+                                                                 : 14;
         const Vec2 lo = *frame.worldFromLonLat({lon, 46}), hi = lo + Vec2(20000, 20000);
         const WorkingCrs working = chosen(source, lo, hi);
         EXPECT_TRUE(working.same) << source << ": " << working.reason;
@@ -91,9 +91,9 @@ TEST(WorkingCrs, GoesFromUtmToLaeaToRefusalWithWidth) {
     EXPECT_THAT(chosen("EPSG:4326", {9, 44}, {15, 50}).name, HasSubstr("UTM zone 33N"));
     EXPECT_EQ(chosen("EPSG:4326", {9, 44}, {16, 50}).name, "WGS 84 / LAEA 47 12.5");
     EXPECT_THAT(chosen("EPSG:4326", {-20, -20}, {20, 20}).name, HasSubstr("LAEA 0 0"));
-    for (const auto& [lo, hi] : {std::pair{Vec2(-20.5, 0), Vec2(20.5, 10)},
-                                 std::pair{Vec2(0, -30), Vec2(5, 30)},
-                                 std::pair{Vec2(-180, -90), Vec2(180, 90)}}) {
+    for (const auto& [lo, hi] :
+         {std::pair{Vec2(-20.5, 0), Vec2(20.5, 10)}, std::pair{Vec2(0, -30), Vec2(5, 30)},
+          std::pair{Vec2(-180, -90), Vec2(180, 90)}}) {
         const auto refused = choose("EPSG:4326", lo, hi);
         ASSERT_FALSE(refused);
         EXPECT_EQ(refused.error().code, ErrorCode::Input);
@@ -113,8 +113,10 @@ TEST(WorkingCrs, HandlesTheAntimeridianAndLongitudesTo360) {
 }
 
 TEST(WorkingCrs, UsesAPolarProjectionAtThePoles) {
-    EXPECT_THAT(chosen("EPSG:4326", {-180, 80}, {180, 90}).name, HasSubstr("Stereographic North 0"));
-    EXPECT_THAT(chosen("EPSG:4326", {20, -88}, {30, -85}).name, HasSubstr("Stereographic South 25"));
+    EXPECT_THAT(chosen("EPSG:4326", {-180, 80}, {180, 90}).name,
+                HasSubstr("Stereographic North 0"));
+    EXPECT_THAT(chosen("EPSG:4326", {20, -88}, {30, -85}).name,
+                HasSubstr("Stereographic South 25"));
     EXPECT_THAT(chosen("EPSG:4326", {20, 60}, {30, 86}).name, HasSubstr("LAEA"));
     // an Antarctic grid is true where its scale is
     EXPECT_TRUE(chosen("EPSG:3031", {2.07e6, -2e4}, {2.1e6, 2e4}).same);
@@ -149,9 +151,9 @@ TEST(WorkingCrs, ObeysCrs) {
 }
 
 TEST(WorkingCrs, RefusesCoordinatesThatCannotBeDegrees) {
-    for (const auto& [lo, hi] : {std::pair{Vec2(5e5, 4e6), Vec2(6e5, 4.1e6)},
-                                 std::pair{Vec2(0, 95), Vec2(1, 97)},
-                                 std::pair{Vec2(600, 45), Vec2(601, 46)}}) {
+    for (const auto& [lo, hi] :
+         {std::pair{Vec2(5e5, 4e6), Vec2(6e5, 4.1e6)}, std::pair{Vec2(0, 95), Vec2(1, 97)},
+          std::pair{Vec2(600, 45), Vec2(601, 46)}}) {
         const auto refused = choose("EPSG:4326", lo, hi);
         ASSERT_FALSE(refused);
         EXPECT_EQ(refused.error().code, ErrorCode::Input);

@@ -100,7 +100,7 @@ void Canvas::drawText(const TextBitmap& text, int x, int y, TextAlign align, Ink
 
 void Canvas::addHalo(double radius, Ink ink, float strength) {
     constexpr int kPasses = 3;     // three boxes come close to a bell curve
-    constexpr float kGain = 5.0f;  // so that thin strokes get a full halo
+    constexpr float kGain = 9.0f;  // so that thin strokes get a full halo
     std::vector<float> halo(pixels_.size());
     for (size_t k = 0; k < pixels_.size(); ++k) halo[k] = static_cast<float>(pixels_[k].a) / 255.0f;
     const int box = std::max(1, static_cast<int>(std::lround(radius / 2)));

@@ -42,7 +42,7 @@ struct ColumnNotes {
 inline __attribute__((always_inline)) void noteCells(const uint16_t* maxRow, const uint16_t* minRow,
                                                      int cells, ColumnNotes& notes) {
     for (int i = 0; i < cells; ++i) {
-        const uint16_t hole = minRow[i] > maxRow[i] ? uint16_t{0xFFFF} : uint16_t{0};
+        const uint16_t hole = minRow[i] == 0xFFFF ? uint16_t{0xFFFF} : uint16_t{0};
         const auto difference = static_cast<uint16_t>((maxRow[i] - minRow[i]) & ~hole);
         notes.delta[i] = std::max(notes.delta[i], difference);
         notes.holes[i] = std::max(notes.holes[i], hole);

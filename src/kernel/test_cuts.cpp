@@ -123,8 +123,8 @@ void TestCut::fillTile(const Heights& posts, int mip, int x, int y, uint32_t slo
             if (cut_.format == 1)
                 floatPosts_[at] = z;
             else if (std::isfinite(z))
-                codes_[at] = static_cast<uint16_t>(
-                    std::clamp(std::lround((z - z0_) / zStep_), 0L, 65534L));
+                codes_[at] =
+                    static_cast<uint16_t>(std::clamp(std::lround((z - z0_) / zStep_), 0L, 65534L));
         }
     const int cellsX = std::min(kCells, posts.columns - 1 - x * kCells);
     const int cellsY = std::min(kCells, posts.rows - 1 - y * kCells);
@@ -219,7 +219,8 @@ Heights townTerrain(int columns, int rows, double step, uint32_t seed) {
     for (int house = 0; house < columns * rows / 150; ++house) {
         const int x = static_cast<int>(random() % static_cast<uint32_t>(columns));
         const int y = static_cast<int>(random() % static_cast<uint32_t>(rows));
-        const int width = 1 + static_cast<int>(random() % 9), depth = 1 + static_cast<int>(random() % 9);
+        const int width = 1 + static_cast<int>(random() % 9),
+                  depth = 1 + static_cast<int>(random() % 9);
         const auto roof = static_cast<float>(step * (0.2 + static_cast<double>(random() % 5) / 5));
         for (int j = y; j < std::min(y + depth, rows); ++j)
             for (int i = x; i < std::min(x + width, columns); ++i) town.at(i, j) = 12 + roof;

@@ -28,8 +28,8 @@ private:
 };
 
 struct CutChoice {
-    bool int16 = false;    ///< 16-bit codes; heights are rounded to the nearest code
-    double zStep = 0;      ///< metres a code; 0: the range over 65534
+    bool int16 = false;  ///< 16-bit codes; heights are rounded to the nearest code
+    double zStep = 0;    ///< metres a code; 0: the range over 65534
     bool constantSurface = false;
     /// Mip wanted for the tile (x, y) of mip 0; a coarser tile is drawn where all below it want it.
     std::function<int(int, int)> mipOfTile = [](int, int) { return 0; };
@@ -63,7 +63,8 @@ private:
     std::vector<Square> squares_;
 };
 
-/// Posts of the next mip: the weighted mean of the 3 x 3 around the post below, which must be valid.
+/// Posts of the next mip: the weighted mean of the 3 x 3 around the post below, which must be
+/// valid.
 Heights coarserHeights(const Heights& fine);
 
 // ---- Terrains ----------------------------------------------------------------------------------

@@ -8,6 +8,7 @@
 
 #include "kernel/exact/cell.h"
 #include "kernel/exact/exact.h"
+#include "kernel/simd/ray_lanes.h"
 #include "kernel/simd/trace_block.h"
 
 namespace terray {
@@ -72,82 +73,90 @@ void placeIdle(const TerrainCut& cut, RayBlock& b, int k) {
     b.state[k] = simd::kLaneDone;
 }
 
-int64_t cellOf(double place, int32_t cells) {
-    return std::clamp(static_cast<int64_t>(std::floor(place)), int64_t{0},
-                      static_cast<int64_t>(cells) - 1);
-}
-
-/// Distance of a certain hit within its cell; false if double precision does not see it there.
-bool finishHit(const TerrainCut& cut, const Ray& ray, const exact::Clip& clip, const RayBlock& b,
-               int k, Hit& hit) {
-    const int mip = b.mip[k];
-    const exact::Cell cell =
-        exact::loadCell(cut, static_cast<uint32_t>(b.slot[k]), b.x[k] >> mip, b.y[k] >> mip);
-    const exact::CellRay r = exact::cellRay(ray, mip);
-    double begin = clip.begin, end = clip.end;
-    const auto slab = [&](double origin, double step, double lo) {
-        if (step == 0.0) return;
-        const double inverse = 1.0 / step, a = (lo - origin) * inverse,
-                     c = (lo + 1.0 - origin) * inverse;
-        begin = std::max(begin, std::min(a, c));
-        end = std::min(end, std::max(a, c));
-    };
-    const auto x = static_cast<double>(cell.x), y = static_cast<double>(cell.y);
-    slab(r.x, r.dx, x);
-    slab(r.y, r.dy, y);
-    if (!(begin < end) || !cell.valid) return false;
-    const double u = std::clamp(r.x + r.dx * begin - x, 0.0, 1.0),
-                 v = std::clamp(r.y + r.dy * begin - y, 0.0, 1.0);
-    const exact::Quadratic q = exact::cellQuadratic(cell, ray, begin, u, v);
-    const auto s = exact::firstRoot(q, end - begin, q.at(end - begin));
-    if (!s) return false;
-    const double t = begin + *s;
-    hit.t = static_cast<float>(t);
-    hit.tile = cell.slot;
-    hit.cell = static_cast<uint32_t>((cell.y & 511) * kSlotCells + (cell.x & 511));
-    hit.u = static_cast<float>(std::clamp(r.x + r.dx * t - x, 0.0, 1.0));
-    hit.v = static_cast<float>(std::clamp(r.y + r.dy * t - y, 0.0, 1.0));
-    hit.mip = static_cast<uint8_t>(mip);
-    hit.flags = static_cast<uint8_t>(kHitValid | (q.f0 < 0.0 ? kHitFromBelow : 0));
-    return true;
-}
-
 uint16_t stepCount(int32_t steps) { return static_cast<uint16_t>(std::min(steps, 0xFFFF)); }
+
+/// Puts the cells of certain hits into lanes; the others get a cell that nothing can be found in.
+void loadHitCells(const TerrainCut& cut, const RayBlock& b, int count, simd::HitLanes& h) {
+    for (int k = 0; k < count; ++k) {
+        if (b.result[k] != simd::kResultHit) {
+            h.mip[k] = 0;
+            h.cellX[k] = h.cellY[k] = h.h00[k] = h.h10[k] = h.h01[k] = h.h11[k] = 0.0;
+            continue;
+        }
+        const int mip = b.mip[k];
+        const TileDesc& tile = cut.tiles[b.slot[k]];
+        const int32_t x = b.x[k] >> mip, y = b.y[k] >> mip;
+        const uint64_t index =
+            tile.posts + static_cast<uint64_t>((y & 511) * kPostStride + (x & 511));
+        h.mip[k] = mip;
+        h.cellX[k] = x;
+        h.cellY[k] = y;
+        const auto put = [&](const auto* posts, auto decode) {
+            h.h00[k] = decode(posts[index]);
+            h.h10[k] = decode(posts[index + 1]);
+            h.h01[k] = decode(posts[index + kPostStride]);
+            h.h11[k] = decode(posts[index + kPostStride + 1]);
+        };
+        if (cut.format == 1) {
+            put(static_cast<const float*>(cut.posts),
+                [](float z) { return static_cast<double>(z); });
+        } else {  // the product and the sum are exact in double, so this rounds once, as fma does
+            const double step = static_cast<double>(tile.zStep), z0 = static_cast<double>(tile.z0);
+            put(static_cast<const uint16_t*>(cut.posts), [=](uint16_t code) {
+                return static_cast<double>(static_cast<float>(step * code + z0));
+            });
+        }
+    }
+}
 
 void firstHitsBlock(const TerrainCut& cut, std::span<const Ray> rays, std::span<Hit> hits,
                     TraceCounters& counters) {
+    simd::RayLanes lanes;
     RayBlock b;
-    exact::Clip clips[kBlockRays];
+    simd::HitLanes h;
     const int count = static_cast<int>(rays.size());
     const int padded = (count + 15) / 16 * 16;
-    for (int k = 0; k < count; ++k) {
-        const Ray& ray = rays[static_cast<size_t>(k)];
-        const exact::Clip clip = clips[k] = exact::clipRay(cut, ray);
-        if (!(clip.begin <= clip.end)) {
-            placeIdle(cut, b, k);
-            continue;
-        }
-        placeRay(cut, ray, clip, cellOf(ray.x + ray.dx * clip.begin, cut.cellsX),
-                 cellOf(ray.y + ray.dy * clip.begin, cut.cellsY), b, k);
+    for (int k = 0; k < padded; ++k) {
+        const Ray& ray = rays[static_cast<size_t>(std::min(k, count - 1))];
+        lanes.x[k] = ray.x;
+        lanes.y[k] = ray.y;
+        lanes.z[k] = ray.z;
+        lanes.dx[k] = ray.dx;
+        lanes.dy[k] = ray.dy;
+        lanes.dz[k] = ray.dz;
+        lanes.bend[k] = ray.bend;
+        lanes.begin[k] = ray.tMin;
+        lanes.end[k] = k < count ? ray.tMax : -1e300;
     }
-    for (int k = count; k < padded; ++k) placeIdle(cut, b, k);
+    simd::placeRays(cut, lanes, b, padded);
     simd::traceBlock(cut, b, padded);
+    const bool bilinear = cut.constantSurface == 0;
+    if (bilinear) {
+        loadHitCells(cut, b, padded, h);
+        simd::finishHits(lanes, h, padded);
+    }
     for (int k = 0; k < count; ++k) {
-        const Ray& ray = rays[static_cast<size_t>(k)];
         Hit& hit = hits[static_cast<size_t>(k)];
         hit = Hit{};
         hit.steps = stepCount(b.steps[k]);
         counters.steps += static_cast<uint64_t>(b.steps[k]);
-        if (b.result[k] != simd::kResultMiss) {
-            const bool finished = b.result[k] == simd::kResultHit && cut.constantSurface == 0 &&
-                                  finishHit(cut, ray, clips[k], b, k, hit);
-            if (!finished) {
-                hit = exact::firstHit(cut, ray);
-                counters.steps += hit.steps;
-                ++counters.redone;
-            }
-            counters.hits += isHit(hit) ? 1u : 0u;
+        if (b.result[k] == simd::kResultMiss) continue;
+        if (b.result[k] == simd::kResultHit && bilinear && !std::isnan(h.t[k])) {
+            const int mip = b.mip[k];
+            hit.t = static_cast<float>(h.t[k]);
+            hit.tile = static_cast<uint32_t>(b.slot[k]);
+            hit.cell = static_cast<uint32_t>(((b.y[k] >> mip) & 511) * kSlotCells +
+                                             ((b.x[k] >> mip) & 511));
+            hit.u = h.u[k];
+            hit.v = h.v[k];
+            hit.mip = static_cast<uint8_t>(mip);
+            hit.flags = static_cast<uint8_t>(kHitValid | (h.fromBelow[k] != 0 ? kHitFromBelow : 0));
+        } else {
+            hit = exact::firstHit(cut, rays[static_cast<size_t>(k)]);
+            counters.steps += hit.steps;
+            ++counters.redone;
         }
+        counters.hits += isHit(hit) ? 1u : 0u;
     }
     counters.rays += static_cast<uint64_t>(count);
 }

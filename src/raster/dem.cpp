@@ -105,14 +105,14 @@ void describeHeights(const OpenOptions& options, Description& d) {
         const auto named = parseHeightUnit(d.crs->heightUnitName);
         unit = {named ? named->name : d.crs->heightUnitName, d.crs->metresPerHeightUnit};
     } else {
-        const std::string what =
-            declared.empty() ? "does not say the unit of its heights"
-                             : fmt::format("gives its heights in '{}', which is no unit of length "
+        const std::string what = declared.empty()
+                                     ? "does not say the unit of its heights"
+                                     : fmt::format(
+                                           "gives its heights in '{}', which is no unit of length "
                                            "that Terray knows",
                                            declared);
-        d.assumptions.push_back(
-            fmt::format("'{}' {}; metres are assumed (--height-unit says otherwise)",
-                        d.header.name, what));
+        d.assumptions.push_back(fmt::format(
+            "'{}' {}; metres are assumed (--height-unit says otherwise)", d.header.name, what));
     }
     d.heightUnit = unit.name;
     d.header.rules.metresPerUnit = unit.metres;
@@ -176,7 +176,8 @@ SourceInfo factsOf(const Description& d) {
         facts.crsName = d.crs->name;
         facts.crsWkt = d.crs->wkt;
     }
-    if (header.transform) facts.geoTransform.assign(header.transform->begin(), header.transform->end());
+    if (header.transform)
+        facts.geoTransform.assign(header.transform->begin(), header.transform->end());
     facts.pixelWidth = d.dataFromSample.columnLength();
     facts.pixelHeight = d.dataFromSample.rowLength();
     facts.horizontalUnit = d.crs ? d.crs->unitName : "metre";
@@ -215,8 +216,9 @@ Result<void> placeLattice(const Description& d, const OpenOptions& options, Terr
     const Result<CrsFacts> target = describeCrs(working->wkt);
     if (!target) return target.error();
     info.metresPerCrsUnit = target->metresPerUnit;
-    plan = WarpPlan{header, d.crs->wkt, working->wkt, d.dataFromSample,
-                    0.5 * (extent.min + extent.max), 0, 0, {}};
+    plan = WarpPlan{
+        header, d.crs->wkt, working->wkt, d.dataFromSample, 0.5 * (extent.min + extent.max), 0,
+        0,      {}};
     TERRAY_TRY(planLattice(*plan));
     info.scheme = {plan->columns, plan->rows};
     info.worldFromLattice = plan->worldFromLattice;
@@ -230,9 +232,9 @@ Result<double> radiusAtCentre(const Description& d, const TerrainInfo& info) {
     if (!d.crs) return 0.0;
     const Result<GeoFrame> frame = GeoFrame::make(d.crs->wkt, info.crsWkt);
     if (!frame) return frame.error();
-    return frame->curvatureRadius(info.worldFromLattice.worldFromLattice(
-        {0.5 * static_cast<double>(info.scheme.columns - 1),
-         0.5 * static_cast<double>(info.scheme.rows - 1)}));
+    return frame->curvatureRadius(
+        info.worldFromLattice.worldFromLattice({0.5 * static_cast<double>(info.scheme.columns - 1),
+                                                0.5 * static_cast<double>(info.scheme.rows - 1)}));
 }
 
 void finishFacts(const TerrainInfo& info, SourceInfo& facts) {

@@ -227,8 +227,8 @@ TEST_F(DemTest, MaskAndAlphaBandsMarkHoles) {
     };
     const Dem dem = open(write(masked));
     EXPECT_EQ(dem.facts.nodataRule, "mask band");
-    EXPECT_THAT(posts(dem), ElementsAre(1, NanSensitiveFloatEq(kNan), 3, 4, 5,
-                                        NanSensitiveFloatEq(kNan)));
+    EXPECT_THAT(posts(dem),
+                ElementsAre(1, NanSensitiveFloatEq(kNan), 3, 4, 5, NanSensitiveFloatEq(kNan)));
     expectCodesAreHeights(dem);
 
     RasterRecipe alpha{.columns = 2, .rows = 2, .bands = 2, .type = GDT_UInt16};

@@ -45,8 +45,8 @@ Result<void> readGeoreference(GDALDataset& dataset, RasterHeader& header) {
         header.transform = transform;
         header.crsWkt = wktOf(dataset.GetSpatialRef());
     } else if (!readControlPoints(dataset, header)) {
-        header.assumptions.push_back(fmt::format(
-            "'{}' has no georeference; its pixels are taken as metres", header.name));
+        header.assumptions.push_back(
+            fmt::format("'{}' has no georeference; its pixels are taken as metres", header.name));
     }
     if (!header.transform) return {};
     const std::array<double, 6>& t = *header.transform;

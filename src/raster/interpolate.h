@@ -60,8 +60,8 @@ inline float interpolateSample(const SampleField& field, double x, double y) {
         return bilinearSample(field, i, j, u, v);
     }
     const std::array<float, 4> across = cubicWeights(u), down = cubicWeights(v);
-    const float* row = &field.samples[(j - 1 - field.firstRow) * field.width + i - 1 -
-                                      field.firstColumn];
+    const float* row =
+        &field.samples[(j - 1 - field.firstRow) * field.width + i - 1 - field.firstColumn];
     const float base = row[field.width + 1];
     float sum = 0;
     for (size_t k = 0; k < 4; ++k, row += field.width) {

@@ -267,7 +267,9 @@ Result<Photo> loadPhoto(const std::string& path, const OpenOptions& options,
                         const std::string& workingCrsWkt, double metresPerCrsUnit, Vec2 worldMin,
                         Vec2 worldMax, uint64_t maxBytes) {
     ensureGdal();
-    const CPLConfigOptionSetter decodeOnAllCores("GDAL_NUM_THREADS", "ALL_CPUS", true);
+    // for this thread and call: decode on all cores, and copy uncompressed GeoTIFFs past the cache
+    const CPLConfigOptionSetter allCores("GDAL_NUM_THREADS", "ALL_CPUS", true);
+    const CPLConfigOptionSetter pastTheCache("GTIFF_DIRECT_IO", "YES", true);
     Result<Opened> photo = openPhoto(path, worldMin, worldMax, std::max<uint64_t>(maxBytes, 4096));
     if (!photo) return photo.error();
     Result<PhotoPixels> pixels = PhotoPixels::make(*photo->dataset, path, options);

@@ -10,12 +10,12 @@ namespace {
 constexpr int kMaxShift = 12;  // finer fractions than 1/4096 of a source step serve nobody
 
 /// Whether every raw value decodes to its height within one float ulp, and as std::fma does it.
-bool decodesWell(const PostCodes& codes, const SampleRules& rules, int64_t rawMin,
-                 int64_t rawMax) {
+bool decodesWell(const PostCodes& codes, const SampleRules& rules, int64_t rawMin, int64_t rawMax) {
     const double largest = std::max(std::abs(rules.metres(static_cast<double>(rawMin))),
                                     std::abs(rules.metres(static_cast<double>(rawMax))));
     const auto top = static_cast<float>(largest);
-    const double ulp = static_cast<double>(std::nextafter(top, HUGE_VALF)) - static_cast<double>(top);
+    const double ulp =
+        static_cast<double>(std::nextafter(top, HUGE_VALF)) - static_cast<double>(top);
     for (int64_t raw = rawMin; raw <= rawMax; ++raw) {
         const int64_t code = (raw - codes.base) << codes.shift;
         const float height = codes.decode(code);
@@ -36,8 +36,7 @@ std::optional<PostCodes> choosePostCodes(const SampleRules& rules, double rawMin
     }
     const auto first = static_cast<int64_t>(rawMin), last = static_cast<int64_t>(rawMax);
     PostCodes codes;
-    while (codes.shift < kMaxShift &&
-           (last - first) << (codes.shift + 1) <= PostCodes::kMaxCode) {
+    while (codes.shift < kMaxShift && (last - first) << (codes.shift + 1) <= PostCodes::kMaxCode) {
         ++codes.shift;
     }
     // spare codes go to both ends: fitted posts of coarser mips may overshoot a little

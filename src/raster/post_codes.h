@@ -26,9 +26,9 @@ struct PostCodes {
     }
 };
 
-/// The codes for integer raw values rawMin..rawMax: as fine as 16 bits allow. None if the range does
-/// not fit, or if float z0 and zStep cannot reproduce the heights to within one float ulp of the
-/// highest (they are exact if the step is a sum of few powers of two, as 1 or 0.25 is).
+/// The codes for integer raw values rawMin..rawMax: as fine as 16 bits allow. None if the range
+/// does not fit, or if float z0 and zStep cannot reproduce the heights to within one float ulp of
+/// the highest (they are exact if the step is a sum of few powers of two, as 1 or 0.25 is).
 std::optional<PostCodes> choosePostCodes(const SampleRules& rules, double rawMin, double rawMax);
 
 }  // namespace terray

@@ -15,7 +15,7 @@
 namespace terray {
 namespace {
 
-constexpr int64_t kMaxSamples = int64_t{1} << 40;     // 10^12: beyond it a header is absurd
+constexpr int64_t kMaxSamples = int64_t{1} << 40;         // 10^12: beyond it a header is absurd
 constexpr int64_t kMaxSamplesPerByte = int64_t{1} << 20;  // a sparse GeoTIFF has up to 2^16
 
 std::string metadata(GDALMajorObject& object, const char* key, const char* domain = "") {
@@ -111,8 +111,7 @@ const char* encodingName(HeightEncoding encoding) {
     return encoding == HeightEncoding::Terrarium ? "terrarium" : "terrain-rgb";
 }
 
-Result<void> checkEncoding(const std::string& name, GDALDataset& dataset,
-                           HeightEncoding encoding) {
+Result<void> checkEncoding(const std::string& name, GDALDataset& dataset, HeightEncoding encoding) {
     bool fits = dataset.GetRasterCount() >= 3;
     for (int band = 1; fits && band <= 3; ++band) {
         fits = dataset.GetRasterBand(band)->GetRasterDataType() == GDT_Byte;
@@ -224,10 +223,10 @@ bool looksEncoded(GDALDataset& dataset, HeightEncoding encoding) {
     }
     double lowest = HUGE_VAL, highest = -HUGE_VAL;
     for (size_t k = 0; k < count; ++k) {
-        const double z = encoding == HeightEncoding::Terrarium
-                             ? rgb[3 * k] * 256.0 + rgb[3 * k + 1] + rgb[3 * k + 2] / 256.0 - 32768
-                             : -10000 + 0.1 * (rgb[3 * k] * 65536.0 + rgb[3 * k + 1] * 256.0 +
-                                               rgb[3 * k + 2]);
+        const double z =
+            encoding == HeightEncoding::Terrarium
+                ? rgb[3 * k] * 256.0 + rgb[3 * k + 1] + rgb[3 * k + 2] / 256.0 - 32768
+                : -10000 + 0.1 * (rgb[3 * k] * 65536.0 + rgb[3 * k + 1] * 256.0 + rgb[3 * k + 2]);
         lowest = std::min(lowest, z);
         highest = std::max(highest, z);
     }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The two HeightSources of this room. Both are const-shared; every reader opens the file for itself.
+// The two HeightSources of this room. Both are const-shared; every reader opens the file for
+// itself.
 #include "raster/raster_source.h"
 
 #include <algorithm>
@@ -38,20 +39,21 @@ public:
 private:
     /// Heights by way of the codes, so that both kinds of post agree to the last bit.
     Result<void> readDecoded(const SampleWindow& window, std::span<float> posts) {
-        return forEachPart(window, header_, kPartSamples, [&](const SampleWindow& part) -> Result<void> {
-            scratch_.resize(part.size());
-            TERRAY_TRY(samples_->readCodes(part, *codes_, scratch_));
-            for (int64_t j = 0; j < part.height; ++j) {
-                const uint16_t* in = scratch_.data() + j * part.width;
-                float* out = posts.data() + (part.row - window.row + j) * window.width +
-                             (part.column - window.column);
-                for (int64_t i = 0; i < part.width; ++i) {
-                    out[i] = in[i] == kHolePost ? std::numeric_limits<float>::quiet_NaN()
-                                                : codes_->decode(in[i]);
+        return forEachPart(
+            window, header_, kPartSamples, [&](const SampleWindow& part) -> Result<void> {
+                scratch_.resize(part.size());
+                TERRAY_TRY(samples_->readCodes(part, *codes_, scratch_));
+                for (int64_t j = 0; j < part.height; ++j) {
+                    const uint16_t* in = scratch_.data() + j * part.width;
+                    float* out = posts.data() + (part.row - window.row + j) * window.width +
+                                 (part.column - window.column);
+                    for (int64_t i = 0; i < part.width; ++i) {
+                        out[i] = in[i] == kHolePost ? std::numeric_limits<float>::quiet_NaN()
+                                                    : codes_->decode(in[i]);
+                    }
                 }
-            }
-            return {};
-        });
+                return {};
+            });
     }
 
     RasterHeader header_;

@@ -12,8 +12,9 @@ namespace terray {
 namespace {
 
 constexpr int64_t kPartSamples = int64_t{1} << 20;  // scratch of a reader: 8 MiB of doubles
-/// No height is that large; float rasters use such numbers as marks for nothing, declared or not.
-constexpr double kNoHeight = 3e38;
+/// No height is that large. Rasters use such numbers as marks for nothing, declared or not: float
+/// max, Surfer's 1.70141e38, netCDF's default fill 9.97e36.
+constexpr double kNoHeight = 1e30;
 
 template <class Raw>
 constexpr Raw kHole = std::numeric_limits<Raw>::quiet_NaN();
@@ -133,43 +134,47 @@ Result<void> SampleReader::fetch(GDALRasterBand& band, const SampleWindow& windo
 template <class Raw>
 Result<void> SampleReader::applyMask(const SampleWindow& window, std::span<Raw> raw) {
     if (!header_.rules.useMask) return {};
-    return forEachPart(window, header_, kPartSamples, [&](const SampleWindow& part) -> Result<void> {
-        bytes_.resize(part.size());
-        TERRAY_TRY(fetch(*band_->GetMaskBand(), part, GDT_Byte, bytes_.data()));
-        for (int64_t j = 0; j < part.height; ++j) {
-            const uint8_t* mask = bytes_.data() + j * part.width;
-            Raw* row = raw.data() + (part.row - window.row + j) * window.width +
-                       (part.column - window.column);
-            for (int64_t i = 0; i < part.width; ++i) row[i] = mask[i] == 0 ? kHole<Raw> : row[i];
-        }
-        return {};
-    });
+    return forEachPart(window, header_, kPartSamples,
+                       [&](const SampleWindow& part) -> Result<void> {
+                           bytes_.resize(part.size());
+                           TERRAY_TRY(fetch(*band_->GetMaskBand(), part, GDT_Byte, bytes_.data()));
+                           for (int64_t j = 0; j < part.height; ++j) {
+                               const uint8_t* mask = bytes_.data() + j * part.width;
+                               Raw* row = raw.data() + (part.row - window.row + j) * window.width +
+                                          (part.column - window.column);
+                               for (int64_t i = 0; i < part.width; ++i)
+                                   row[i] = mask[i] == 0 ? kHole<Raw> : row[i];
+                           }
+                           return {};
+                       });
 }
 
 /// Mapbox terrain-RGB: -10000 + 0.1 (65536 R + 256 G + B); Terrarium: 256 R + G + B / 256 - 32768.
 Result<void> SampleReader::readEncoded(const SampleWindow& window, std::span<float> raw) {
     const bool isTerrarium = header_.rules.encoding == HeightEncoding::Terrarium;
-    return forEachPart(window, header_, kPartSamples, [&](const SampleWindow& part) -> Result<void> {
-        bytes_.resize(part.size() * 3);
-        int bands[3] = {1, 2, 3};
-        const auto width = static_cast<int>(part.width), height = static_cast<int>(part.height);
-        clearGdalMessage();
-        if (dataset_->RasterIO(GF_Read, static_cast<int>(part.column), static_cast<int>(part.row),
-                               width, height, bytes_.data(), width, height, GDT_Byte, 3, bands, 3,
-                               3 * static_cast<GSpacing>(width), 1, nullptr) != CE_None) {
-            return readError(part);
-        }
-        struct Rgb {
-            uint8_t r, g, b;
-        };
-        spread(reinterpret_cast<const Rgb*>(bytes_.data()), part, window, raw.data(),
-               [isTerrarium](Rgb c) {
-                   const int code = c.r << 16 | c.g << 8 | c.b;
-                   return static_cast<float>(isTerrarium ? code / 256.0 - 32768
-                                                         : -10000 + 0.1 * code);
-               });
-        return {};
-    });
+    return forEachPart(
+        window, header_, kPartSamples, [&](const SampleWindow& part) -> Result<void> {
+            bytes_.resize(part.size() * 3);
+            int bands[3] = {1, 2, 3};
+            const auto width = static_cast<int>(part.width), height = static_cast<int>(part.height);
+            clearGdalMessage();
+            if (dataset_->RasterIO(GF_Read, static_cast<int>(part.column),
+                                   static_cast<int>(part.row), width, height, bytes_.data(), width,
+                                   height, GDT_Byte, 3, bands, 3, 3 * static_cast<GSpacing>(width),
+                                   1, nullptr) != CE_None) {
+                return readError(part);
+            }
+            struct Rgb {
+                uint8_t r, g, b;
+            };
+            spread(reinterpret_cast<const Rgb*>(bytes_.data()), part, window, raw.data(),
+                   [isTerrarium](Rgb c) {
+                       const int code = c.r << 16 | c.g << 8 | c.b;
+                       return static_cast<float>(isTerrarium ? code / 256.0 - 32768
+                                                             : -10000 + 0.1 * code);
+                   });
+            return {};
+        });
 }
 
 Result<void> SampleReader::readRaw(const SampleWindow& window, std::span<float> raw) {
@@ -202,13 +207,14 @@ Result<void> SampleReader::readHeights(const SampleWindow& window, std::span<flo
         }
         return {};
     }
-    return forEachPart(window, header_, kPartSamples, [&](const SampleWindow& part) -> Result<void> {
-        numbers_.resize(part.size());
-        TERRAY_TRY(readRaw(part, std::span<double>(numbers_)));
-        spread(numbers_.data(), part, window, heights.data(),
-               [&](double value) { return static_cast<float>(rules.metres(value)); });
-        return {};
-    });
+    return forEachPart(
+        window, header_, kPartSamples, [&](const SampleWindow& part) -> Result<void> {
+            numbers_.resize(part.size());
+            TERRAY_TRY(readRaw(part, std::span<double>(numbers_)));
+            spread(numbers_.data(), part, window, heights.data(),
+                   [&](double value) { return static_cast<float>(rules.metres(value)); });
+            return {};
+        });
 }
 
 template <class Integer>
@@ -234,20 +240,21 @@ Result<void> SampleReader::readNarrowCodes(const SampleWindow& window, const Pos
 
 Result<void> SampleReader::readWideCodes(const SampleWindow& window, const PostCodes& codes,
                                          std::span<uint16_t> out) {
-    return forEachPart(window, header_, kPartSamples, [&](const SampleWindow& part) -> Result<void> {
-        numbers_.resize(part.size());
-        TERRAY_TRY(readRaw(part, std::span<double>(numbers_)));
-        const auto base = static_cast<double>(codes.base);
-        const auto most = static_cast<double>(PostCodes::kMaxCode >> codes.shift);
-        bool outside = false;
-        spread(numbers_.data(), part, window, out.data(), [&](double value) {
-            if (std::isnan(value)) return kHolePost;
-            outside |= value < base || value - base > most;
-            return static_cast<uint16_t>(static_cast<int64_t>(value - base) << codes.shift);
+    return forEachPart(
+        window, header_, kPartSamples, [&](const SampleWindow& part) -> Result<void> {
+            numbers_.resize(part.size());
+            TERRAY_TRY(readRaw(part, std::span<double>(numbers_)));
+            const auto base = static_cast<double>(codes.base);
+            const auto most = static_cast<double>(PostCodes::kMaxCode >> codes.shift);
+            bool outside = false;
+            spread(numbers_.data(), part, window, out.data(), [&](double value) {
+                if (std::isnan(value)) return kHolePost;
+                outside |= value < base || value - base > most;
+                return static_cast<uint16_t>(static_cast<int64_t>(value - base) << codes.shift);
+            });
+            if (outside) return changedError();
+            return {};
         });
-        if (outside) return changedError();
-        return {};
-    });
 }
 
 Result<void> SampleReader::readCodes(const SampleWindow& window, const PostCodes& codes,

@@ -6,11 +6,12 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
-#include <cmath>
+#include <limits>
 #include <optional>
 #include <vector>
 
 #include "base/interrupt.h"
+#include "base/progress.h"
 #include "raster/sample_reader.h"
 
 namespace terray {
@@ -35,7 +36,8 @@ void addToRange(const std::vector<Raw>& raw, SampleRange& range) {
 }
 
 template <class Raw>
-Result<SampleRange> scanRows(const RasterHeader& header, int64_t firstRow, int64_t endRow) {
+Result<SampleRange> scanRows(const RasterHeader& header, int64_t firstRow, int64_t endRow,
+                             Progress& progress) {
     Result<std::unique_ptr<SampleReader>> reader = SampleReader::open(header);
     if (!reader) return reader.error();
     SampleRange range;
@@ -46,6 +48,7 @@ Result<SampleRange> scanRows(const RasterHeader& header, int64_t firstRow, int64
         raw.resize(part.size());
         TERRAY_TRY((*reader)->readRaw(part, std::span<Raw>(raw)));
         addToRange(raw, range);
+        progress.advance(static_cast<double>(part.samples()));
         return {};
     };
     TERRAY_TRY(forEachPart(all, header, kPartSamples, addPart));
@@ -61,12 +64,14 @@ Result<SampleRange> scanSamples(const RasterHeader& header) {
     const int64_t useful = header.columns * header.rows / kPartSamples + 1;
     const int64_t runs = std::min({blocks, threads, useful});
     std::vector<std::optional<Result<SampleRange>>> results(static_cast<size_t>(runs));
+    Progress progress(fmt::format("scanning {}", header.name),
+                      static_cast<double>(header.columns * header.rows));
     oneapi::tbb::parallel_for(int64_t{0}, runs, [&](int64_t run) {
         const int64_t first = blocks * run / runs * blockRows;
         const int64_t end = std::min(blocks * (run + 1) / runs * blockRows, header.rows);
         results[static_cast<size_t>(run)] = header.rules.wide
-                                                ? scanRows<double>(header, first, end)
-                                                : scanRows<float>(header, first, end);
+                                                ? scanRows<double>(header, first, end, progress)
+                                                : scanRows<float>(header, first, end, progress);
     });
     SampleRange all;
     for (const std::optional<Result<SampleRange>>& result : results) {

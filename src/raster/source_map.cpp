@@ -8,8 +8,8 @@
 namespace terray {
 namespace {
 
-constexpr int kSpan = 32;           // posts between the corners of a patch
-constexpr int kHalf = kSpan / 2;    // posts between the exact places it is tested at
+constexpr int kSpan = 32;             // posts between the corners of a patch
+constexpr int kHalf = kSpan / 2;      // posts between the exact places it is tested at
 constexpr double kTolerance = 0.005;  // samples, at the tested places; half of what is promised
 
 bool isBilinear(const MapPatch& patch, int64_t i, int64_t j, Vec2 exact) {
@@ -45,16 +45,16 @@ Vec2 SourceMap::exactPlace(int64_t i, int64_t j) const {
 void SourceMap::split(const MapPatch& patch, std::vector<MapPatch>& out) const {
     const int half = patch.span / 2;
     for (int quarter = 0; quarter < 4; ++quarter) {
-        MapPatch part{patch.column + (quarter % 2) * half, patch.row + (quarter / 2) * half, half,
-                      {}};
+        MapPatch part{
+            patch.column + (quarter % 2) * half, patch.row + (quarter / 2) * half, half, {}};
         if (half == 1) {  // its one post is its first corner: exact
             part.corners.fill(exactPlace(part.column, part.row));
             out.push_back(part);
             continue;
         }
         for (int corner = 0; corner < 4; ++corner) {
-            part.corners[static_cast<size_t>(corner)] = exactPlace(
-                part.column + (corner % 2) * half, part.row + (corner / 2) * half);
+            part.corners[static_cast<size_t>(corner)] =
+                exactPlace(part.column + (corner % 2) * half, part.row + (corner / 2) * half);
         }
         const int64_t i = part.column, j = part.row;
         const int q = half / 2;

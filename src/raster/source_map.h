@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The map from lattice posts to raster samples, exact at the corners of small rectangles and bilinear
-// inside them.
+// The map from lattice posts to raster samples, exact at the corners of small rectangles and
+// bilinear inside them.
 #pragma once
 
 #include <array>
@@ -19,12 +19,20 @@ struct MapPatch {
     int span = 1;
     std::array<Vec2, 4> corners{};  ///< (0, 0), (span, 0), (0, span), (span, span)
 
+    /// Places along row j: `start` at the first column, `step` from post to post.
+    struct Row {
+        Vec2 start, step;
+    };
+    Row rowPlaces(int64_t j) const {
+        const double scale = 1.0 / span;
+        const double v = static_cast<double>(j - row) * scale;
+        const Vec2 start = corners[0] + v * (corners[2] - corners[0]);
+        const Vec2 end = corners[1] + v * (corners[3] - corners[1]);
+        return {start, scale * (end - start)};
+    }
     Vec2 place(int64_t i, int64_t j) const {
-        const double u = static_cast<double>(i - column) / span;
-        const double v = static_cast<double>(j - row) / span;
-        const Vec2 top = corners[0] + u * (corners[1] - corners[0]);
-        const Vec2 bottom = corners[2] + u * (corners[3] - corners[2]);
-        return top + v * (bottom - top);
+        const Row places = rowPlaces(j);
+        return places.start + static_cast<double>(i - column) * places.step;
     }
 };
 

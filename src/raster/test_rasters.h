@@ -29,7 +29,7 @@ struct RasterRecipe {
     std::optional<double> nodata = {}, scale = {}, offset = {};
     std::string unit = {};
     std::string driver = "GTiff";
-    std::vector<std::string> creation = {};                        ///< "KEY=VALUE"
+    std::vector<std::string> creation = {};                   ///< "KEY=VALUE"
     std::function<void(GDALDataset&)> finish = [](auto&) {};  ///< masks, palettes, metadata
 };
 

@@ -3,6 +3,7 @@
 #include "raster/warp.h"
 
 #include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +16,6 @@ namespace terray {
 namespace {
 
 constexpr int64_t kMaxSourceSamples = int64_t{1} << 23;  // 32 MiB of floats held by a reader
-constexpr int64_t kSmallestCut = 64;                     // posts; windows are not cut below it
 constexpr int kProbes = 65;                              // places a side that find the extent
 
 struct Rectangle {
@@ -23,24 +23,35 @@ struct Rectangle {
     bool isEmpty() const { return firstColumn >= endColumn || firstRow >= endRow; }
 };
 
-/// Samples that the posts of some patches need, with the margin of the cubic and of the map.
-Rectangle samplesOf(const std::vector<MapPatch>& patches, const RasterHeader& header) {
-    double minX = HUGE_VAL, minY = HUGE_VAL, maxX = -HUGE_VAL, maxY = -HUGE_VAL;
+/// The part of a patch inside a window of posts; never empty for patches made for the window.
+Rectangle postsInside(const MapPatch& patch, const SampleWindow& window) {
+    return {std::max(patch.column, window.column), std::max(patch.row, window.row),
+            std::min(patch.column + patch.span, window.column + window.width),
+            std::min(patch.row + patch.span, window.row + window.height)};
+}
+
+/// Samples that the posts of a window need, with the margin of the cubic.
+Rectangle samplesOf(const std::vector<MapPatch>& patches, const SampleWindow& window,
+                    const RasterHeader& header) {
+    Vec2 lowest{HUGE_VAL, HUGE_VAL}, highest{-HUGE_VAL, -HUGE_VAL};
     for (const MapPatch& patch : patches) {
-        for (const Vec2& corner : patch.corners) {
-            if (!std::isfinite(corner.x) || !std::isfinite(corner.y)) continue;
-            minX = std::min(minX, corner.x);
-            maxX = std::max(maxX, corner.x);
-            minY = std::min(minY, corner.y);
-            maxY = std::max(maxY, corner.y);
+        const Rectangle inside = postsInside(patch, window);
+        if (inside.isEmpty()) continue;
+        for (const int64_t j : {inside.firstRow, inside.endRow - 1}) {
+            for (const int64_t i : {inside.firstColumn, inside.endColumn - 1}) {
+                const Vec2 place = patch.place(i, j);
+                if (!std::isfinite(place.x) || !std::isfinite(place.y)) continue;
+                lowest = glm::min(lowest, place);
+                highest = glm::max(highest, place);
+            }
         }
     }
-    if (minX > maxX) return {};
+    if (lowest.x > highest.x) return {};
     const auto cut = [](double value, int64_t last) {
         return static_cast<int64_t>(std::clamp(value, 0.0, static_cast<double>(last)));
     };
-    return {cut(minX - 3, header.columns), cut(minY - 3, header.rows),
-            cut(maxX + 4, header.columns), cut(maxY + 4, header.rows)};
+    return {cut(lowest.x - 2, header.columns), cut(lowest.y - 2, header.rows),
+            cut(highest.x + 4, header.columns), cut(highest.y + 4, header.rows)};
 }
 
 class WarpReader : public HeightReader {
@@ -63,24 +74,27 @@ private:
     /// A part of the window whose samples fit into memory; larger ones are halved.
     Result<void> readPart(const SampleWindow& part, std::span<float> posts) {
         map_.patches(part.column, part.row, part.width, part.height, patches_);
-        const Rectangle need = samplesOf(patches_, header_);
+        const Rectangle need = samplesOf(patches_, part, header_);
         if (need.isEmpty()) {
             samples_.clear();
         } else {
             const SampleWindow source{need.firstColumn, need.firstRow,
                                       need.endColumn - need.firstColumn,
                                       need.endRow - need.firstRow};
-            if (source.samples() > kMaxSourceSamples &&
-                std::max(part.width, part.height) > kSmallestCut) {
+            if (source.samples() > kMaxSourceSamples && part.samples() > 1) {
                 return readHalves(part, posts);
             }
             samples_.resize(source.size());
             TERRAY_TRY(reader_->readHeights(source, samples_));
         }
-        field_ = {samples_.data(), need.firstColumn, need.firstRow,
-                  need.endColumn - need.firstColumn, header_.columns, header_.rows};
-        oneapi::tbb::parallel_for(size_t{0}, patches_.size(), [&](size_t k) {
-            fill(patches_[k], part, need.isEmpty(), posts);
+        field_ = {samples_.data(), need.firstColumn,
+                  need.firstRow,   need.endColumn - need.firstColumn,
+                  header_.columns, header_.rows};
+        // isolated: a waiting thread must not start other work that may use this very reader
+        oneapi::tbb::this_task_arena::isolate([&] {
+            oneapi::tbb::parallel_for(size_t{0}, patches_.size(), [&](size_t k) {
+                fill(patches_[k], part, need.isEmpty(), posts);
+            });
         });
         return {};
     }
@@ -102,15 +116,15 @@ private:
 
     void fill(const MapPatch& patch, const SampleWindow& part, bool isEmpty,
               std::span<float> posts) const {
-        const int64_t endRow = std::min(patch.row + patch.span, part.row + part.height);
-        const int64_t endColumn = std::min(patch.column + patch.span, part.column + part.width);
-        const int64_t firstColumn = std::max(patch.column, part.column);
-        for (int64_t j = std::max(patch.row, part.row); j < endRow; ++j) {
-            float* out = posts.data() + (j - whole_.row) * whole_.width - whole_.column;
-            for (int64_t i = firstColumn; i < endColumn; ++i) {
-                const Vec2 place = patch.place(i, j);
-                out[i] = isEmpty ? std::numeric_limits<float>::quiet_NaN()
-                                 : interpolateSample(field_, place.x, place.y);
+        const Rectangle inside = postsInside(patch, part);
+        for (int64_t j = inside.firstRow; j < inside.endRow; ++j) {
+            float* out = posts.data() + (j - whole_.row) * whole_.width;
+            const MapPatch::Row places = patch.rowPlaces(j);
+            for (int64_t i = inside.firstColumn; i < inside.endColumn; ++i) {
+                const Vec2 place =
+                    places.start + static_cast<double>(i - patch.column) * places.step;
+                out[i - whole_.column] = isEmpty ? std::numeric_limits<float>::quiet_NaN()
+                                                 : interpolateSample(field_, place.x, place.y);
             }
         }
     }
@@ -188,8 +202,9 @@ Result<void> planLattice(WarpPlan& plan) {
     plan.columns = std::max<int64_t>(std::llround(size.x), 2);
     plan.rows = std::max<int64_t>(std::llround(size.y), 2);
     const Vec2 centre = 0.5 * (bounds.min + bounds.max);
-    const Vec2 half = 0.5 * Vec2(static_cast<double>(plan.columns - 1),
-                                 static_cast<double>(plan.rows - 1)) * *cell;
+    const Vec2 half =
+        0.5 * Vec2(static_cast<double>(plan.columns - 1), static_cast<double>(plan.rows - 1)) *
+        *cell;
     plan.worldFromLattice = {{centre.x - half.x, centre.y + half.y}, {*cell, 0}, {0, -*cell}};
     return {};
 }

@@ -17,8 +17,8 @@ namespace terray {
 struct WarpPlan {
     RasterHeader header;
     std::string dataCrs, workingCrs;
-    Affine2 dataFromSample;    ///< data CRS units
-    Vec2 dataCentre;           ///< middle of the raster's extent
+    Affine2 dataFromSample;         ///< data CRS units
+    Vec2 dataCentre;                ///< middle of the raster's extent
     int64_t columns = 0, rows = 0;  ///< of the lattice
     Affine2 worldFromLattice;
 

@@ -16,7 +16,7 @@ namespace {
 
 constexpr Ink kInk{28, 30, 34};
 constexpr Ink kPaper{255, 255, 255};
-constexpr float kHaloStrength = 0.75f;
+constexpr float kHaloStrength = 0.85f;
 
 /// A drawing and its place in the picture.
 struct Sticker {
@@ -28,11 +28,11 @@ int rounded(double value) { return static_cast<int>(std::lround(value)); }
 
 /// Height of text in pixels; everything else is measured in it.
 double emOf(const Camera& camera) {
-    return std::clamp(std::min(0.020 * camera.height, 0.030 * camera.width), 9.0, 200.0);
+    return std::clamp(std::min(0.021 * camera.height, 0.030 * camera.width), 10.0, 200.0);
 }
 
 Canvas drawLegend(const LegendScale& scale, const Typeface& face, double em) {
-    const int margin = rounded(0.7 * em), barWidth = rounded(em), barHeight = rounded(11 * em);
+    const int margin = rounded(0.8 * em), barWidth = rounded(em), barHeight = rounded(11 * em);
     const int line = std::max(1, rounded(0.07 * em)), gap = rounded(0.4 * em);
     const TextBitmap title = face.render(scale.title, em);
     std::vector<TextBitmap> labels;
@@ -41,7 +41,7 @@ Canvas drawLegend(const LegendScale& scale, const Typeface& face, double em) {
         labels.push_back(face.render(tick.label, em));
         labelWidth = std::max(labelWidth, labels.back().width);
     }
-    const int top = margin + rounded(1.7 * em), left = margin;
+    const int top = margin + rounded(2.0 * em), left = margin;
     Canvas canvas(left + barWidth + gap + labelWidth + margin, top + barHeight + margin);
     canvas.drawText(title, left, margin + rounded(0.9 * em), TextAlign::Left, kInk);
     canvas.fillRectangle(left - line, top - line, left + barWidth + line, top + barHeight + line,
@@ -58,7 +58,7 @@ Canvas drawLegend(const LegendScale& scale, const Typeface& face, double em) {
         canvas.drawText(labels[k], left + barWidth + gap, y + rounded(0.36 * em), TextAlign::Left,
                         kInk);
     }
-    canvas.addHalo(0.3 * em, kPaper, kHaloStrength);
+    canvas.addHalo(0.4 * em, kPaper, kHaloStrength);
     return canvas;
 }
 
@@ -97,7 +97,7 @@ Canvas drawScaleBar(const GroundScale& scale, const Typeface& face, double em, i
     const double metres = roundDown125(longest * scale.metresPerPixel);
     const double pixels = metres / scale.metresPerPixel;
     const TextBitmap label = face.render(lengthLabel(metres, scale.everywhere), em);
-    const int margin = rounded(0.7 * em), barHeight = std::max(3, rounded(0.38 * em));
+    const int margin = rounded(0.8 * em), barHeight = std::max(3, rounded(0.38 * em));
     const int width = std::max(label.width, static_cast<int>(std::ceil(pixels)));
     Canvas canvas(width + 2 * margin, rounded(1.4 * em) + barHeight + 2 * margin);
     const double right = margin + width;
@@ -111,7 +111,7 @@ Canvas drawScaleBar(const GroundScale& scale, const Typeface& face, double em, i
     box(right - pixels, right, 0, kInk);
     box(right - 0.5 * pixels, right - line, line, kPaper);
     canvas.drawText(label, margin + width, margin + rounded(0.9 * em), TextAlign::Right, kInk);
-    canvas.addHalo(0.3 * em, kPaper, kHaloStrength);
+    canvas.addHalo(0.4 * em, kPaper, kHaloStrength);
     return canvas;
 }
 
@@ -159,7 +159,7 @@ Canvas drawNorthArrow(const Camera& camera, const Typeface& face, double em) {
     const Vec2 direction = glm::normalize(Vec2{axes.north.x, -axes.north.y});
     const Vec2 at = place(0, 1.2) + 0.85 * em * direction;
     canvas.drawText(letter, rounded(at.x), rounded(at.y + 0.40 * em), TextAlign::Centre, kInk);
-    canvas.addHalo(0.3 * em, kPaper, kHaloStrength);
+    canvas.addHalo(0.4 * em, kPaper, kHaloStrength);
     return canvas;
 }
 

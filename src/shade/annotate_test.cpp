@@ -106,7 +106,7 @@ TEST(Annotations, AreTheSameInAnyBands) {
 
 TEST(Annotations, StandInTheirCornersAndAreLegibleOnAnyGround) {
     const RayFrame rays = orthoFrame(1280, 720);
-    for (const uint8_t grey : {0, 128, 255}) {
+    for (const uint8_t grey : {uint8_t{0}, uint8_t{128}, uint8_t{255}}) {
         const Touched legend =
             touched(annotated(wanting(true, false, false), rays, grey), 1280, grey);
         EXPECT_LT(legend.right, 1280 / 4);
@@ -151,24 +151,22 @@ TEST(ScaleBar, OfAnOrthoPictureIsARoundLengthOfGround) {
     }
 }
 
+/// Bounds of the dark ink of a north arrow.
+Touched arrowInk(double headingDeg) {
+    std::vector<uint8_t> rgba =
+        annotated(wanting(false, false, true), orthoFrame(900, 900, headingDeg), 255);
+    for (uint8_t& byte : rgba) byte = byte > 100 ? 255 : 0;
+    return touched(rgba, 900, 255);
+}
+
 TEST(NorthArrow, PointsNorthInTheTurnedPicture) {
-    // The letter stands beyond the tip: the drawing's ink reaches further on the north side.
-    const auto centreOfInk = [](double headingDeg) {
-        const RayFrame rays = orthoFrame(900, 900, headingDeg);
-        const std::vector<uint8_t> rgba = annotated(wanting(false, false, true), rays, 255);
-        double x = 0, y = 0, n = 0;
-        for (size_t k = 0; k < rgba.size(); k += 4) {
-            if (rgba[k] > 100) continue;
-            x += static_cast<double>(k / 4 % 900);
-            y += static_cast<double>(k / 4 / 900);
-            ++n;
-        }
-        EXPECT_GT(n, 20);
-        return Vec2{x / n, y / n};
-    };
-    const Vec2 north = centreOfInk(0), east = centreOfInk(90), south = centreOfInk(180);
-    EXPECT_LT(north.y, south.y - 5) << "heading south, north is down";
-    EXPECT_LT(east.x, north.x - 3) << "heading east, north is to the left";
+    // The letter stands beyond the tip: ink reaches further out on the north side.
+    const Touched north = arrowInk(0), east = arrowInk(90), south = arrowInk(180);
+    const Touched west = arrowInk(270);
+    EXPECT_LT(north.top, south.top - 8);
+    EXPECT_GT(south.bottom, north.bottom + 8) << "heading south, north is down";
+    EXPECT_LT(east.left, west.left - 8) << "heading east, north is to the left";
+    EXPECT_GT(west.right, east.right + 8);
 }
 
 TEST(Legend, HasAFewRoundLabelsInOrder) {
@@ -180,8 +178,8 @@ TEST(Legend, HasAFewRoundLabelsInOrder) {
             info.minZ + std::pow(10.0f, std::uniform_real_distribution<float>(-1, 4)(random));
         const auto scale = legendScale(Shading::Height, info, orthoFrame(100, 100), nullptr);
         ASSERT_TRUE(scale);
-        EXPECT_GE(scale->ticks.size(), 3u);
-        EXPECT_LE(scale->ticks.size(), 12u);
+        EXPECT_GE(scale->ticks.size(), 2u);
+        EXPECT_LE(scale->ticks.size(), 8u);
         for (const LegendTick& tick : scale->ticks) {
             EXPECT_GE(tick.position, -1e-6);
             EXPECT_LE(tick.position, 1 + 1e-6);
@@ -233,6 +231,9 @@ TEST(Legend, RoundLengthsAreOneTwoOrFive) {
     EXPECT_DOUBLE_EQ(roundDown125(5), 5);
     EXPECT_DOUBLE_EQ(roundDown125(12345), 10000);
     EXPECT_DOUBLE_EQ(roundDown125(0.03), 0.02);
+    EXPECT_DOUBLE_EQ(roundUp125(0.03), 0.05);
+    EXPECT_DOUBLE_EQ(roundUp125(5.1), 10);
+    EXPECT_DOUBLE_EQ(roundUp125(200), 200);
 }
 
 }  // namespace

@@ -34,12 +34,12 @@ rules::Rgb distanceColour(double share) {
     return grey(0.95f - 0.85f * std::clamp(static_cast<float>(share), 0.0f, 1.0f));
 }
 
-/// About five round labels from low to high.
+/// Two to eight round labels from low to high.
 std::vector<LegendTick> roundTicks(double low, double high) {
-    constexpr double kIntervals = 4;
+    constexpr double kMostIntervals = 7;
     const double range = high - low;
     if (!(range > 0)) return {{0.5, fmt::format("{:.6g}", low)}};
-    const double step = roundDown125(range / kIntervals);
+    const double step = roundUp125(range / kMostIntervals);
     std::vector<LegendTick> ticks;
     for (double k = std::ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; ++k) {
         const double value = k == 0 ? 0 : k * step;
@@ -99,6 +99,14 @@ LegendScale stepsScale(std::string title) {
 }
 
 }  // namespace
+
+double roundUp125(double value) {
+    const double power = std::pow(10.0, std::floor(std::log10(value)));
+    for (const double factor : {1.0, 2.0, 5.0}) {
+        if (factor * power >= value * (1 - 1e-9)) return factor * power;
+    }
+    return 10 * power;
+}
 
 double roundDown125(double value) {
     const double power = std::pow(10.0, std::floor(std::log10(value)));

@@ -24,8 +24,9 @@ struct LegendScale {
     std::function<Ink(double)> colour;  ///< of a position 0..1
 };
 
-/// 1, 2 or 5 times a power of ten: the largest that is not above `value` (> 0).
+/// 1, 2 or 5 times a power of ten: the largest not above, the smallest not below `value` (> 0).
 double roundDown125(double value);
+double roundUp125(double value);
 
 /// Nothing for shadings whose colours stand for no number, and for tints without a ramp.
 std::optional<LegendScale> legendScale(Shading shading, const TerrainInfo& info,

@@ -10,7 +10,7 @@ using rules::Rgb;
 
 rules::Light makeLight(const Sun& sun) {
     constexpr Rgb kHighSun{1.00f, 0.95f, 0.86f}, kLowSun{1.00f, 0.80f, 0.58f};
-    constexpr Rgb kSky{0.55f, 0.70f, 1.00f}, kDusk{0.46f, 0.58f, 0.95f};
+    constexpr Rgb kSky{0.58f, 0.74f, 1.00f}, kDusk{0.46f, 0.58f, 0.95f};
     constexpr Rgb kGround{1.00f, 0.90f, 0.76f};
     // Level ground gets this much of each under a sun at 40 degrees; together 1.
     constexpr float kLevelSun = 0.82f, kLevelSky = 0.18f;
@@ -27,7 +27,7 @@ rules::Light makeLight(const Sun& sun) {
     light.sun = colour * (facing / rules::luminance(colour));
     const float sky = kLevelSky + 0.12f * (1.0f - rules::smoothStep(0.0f, 0.5f, sine));
     light.sky = kSky * (sky / rules::luminance(kSky));
-    light.bounce = kGround * 0.07f;
+    light.bounce = kGround * 0.17f;
     return light;
 }
 

@@ -41,9 +41,11 @@ std::vector<float> cumulativeShares(std::vector<double> bins) {
 
 /// Sea, not a dry depression: flat water at exactly 0 lies in the data (radar and lidar sets), or
 /// they go deeper than any dry land does (the shore of the Dead Sea is at -430 m).
-bool looksLikeSea(std::span<const float> heights, int width, float minZ, float maxZ) {
-    if (minZ < -450.0f && maxZ > -450.0f) return true;
-    if (minZ > 0.0f) return false;
+bool looksLikeSea(const SurveyGrid& grid) {
+    const std::span<const float> heights = grid.heights;
+    const int width = grid.width;
+    if (grid.minZ < -450.0f) return true;
+    if (grid.minZ > 0.0f) return false;
     size_t flat = 0, valid = 0;
     for (size_t k = static_cast<size_t>(width) + 1; k < heights.size(); ++k) {
         if (std::isnan(heights[k])) continue;
@@ -51,7 +53,22 @@ bool looksLikeSea(std::span<const float> heights, int width, float minZ, float m
         flat += std::abs(heights[k]) < 0.01f && std::abs(heights[k - 1]) < 0.01f &&
                 std::abs(heights[k - static_cast<size_t>(width)]) < 0.01f;
     }
-    return static_cast<double>(flat) > 0.003 * static_cast<double>(valid) && maxZ > 20.0f;
+    return static_cast<double>(flat) > 0.003 * static_cast<double>(valid) &&
+           grid.maxZ > 20.0f;
+}
+
+/// Houses and trees: a few metres apart, cliffs are common although the relief is low.
+bool looksLikeTown(const SurveyGrid& grid) {
+    constexpr double kLargestCell = 6.0;
+    if (grid.cell > kLargestCell || grid.maxZ - grid.minZ > 300.0f) return false;
+    size_t steps = 0, cliffs = 0;
+    const auto steepest = static_cast<float>(grid.cell);  // 45 degrees
+    for (size_t k = 1; k < grid.heights.size(); ++k) {
+        const float rise = std::abs(grid.heights[k] - grid.heights[k - 1]);
+        steps += !std::isnan(rise);
+        cliffs += rise > steepest;
+    }
+    return static_cast<double>(cliffs) > 0.03 * static_cast<double>(steps);
 }
 
 float shareBelow(const std::vector<float>& cumulative, float position) {
@@ -88,6 +105,14 @@ struct Spread {
     }
 };
 
+/// How far up the ramp the tops reach: low hills end in beige, high relief in rock, and only
+/// mountains that are high themselves in snow.
+float snowReach(float relief, float top) {
+    return 0.58f + 0.26f * rules::smoothStep(150.0f, 1200.0f, relief) +
+           0.16f * rules::smoothStep(1000.0f, 2200.0f, relief) *
+               rules::smoothStep(2200.0f, 3600.0f, top);
+}
+
 Result<std::string> readSmallFile(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     if (!file)
@@ -107,17 +132,17 @@ Result<std::string> readSmallFile(const std::string& path) {
 
 }  // namespace
 
-HeightSurvey surveyHeights(std::span<const float> heights, int width, float minZ, float maxZ,
-                           bool hasCrs) {
+HeightSurvey surveyHeights(const SurveyGrid& grid) {
     HeightSurvey survey;
-    survey.minZ = minZ;
-    survey.maxZ = maxZ;
-    survey.sea = hasCrs && looksLikeSea(heights, width, minZ, maxZ);
+    survey.minZ = grid.minZ;
+    survey.maxZ = grid.maxZ;
+    survey.sea = grid.hasCrs && looksLikeSea(grid);
+    survey.town = looksLikeTown(grid);
     std::vector<double> bins(kBins, 0.0);
-    const float scale = static_cast<float>(kBins) / std::max(maxZ - minZ, 1e-6f);
-    for (float z : heights) {
+    const float scale = static_cast<float>(kBins) / std::max(grid.maxZ - grid.minZ, 1e-6f);
+    for (float z : grid.heights) {
         if (std::isnan(z)) continue;
-        const int bin = std::clamp(static_cast<int>((z - minZ) * scale), 0, kBins - 1);
+        const int bin = std::clamp(static_cast<int>((z - grid.minZ) * scale), 0, kBins - 1);
         bins[static_cast<size_t>(bin)] += 1;
     }
     survey.cumulative = cumulativeShares(std::move(bins));
@@ -143,7 +168,7 @@ Tint HeightRamp::at(float height) const {
 
 Result<HeightRamp> HeightRamp::make(const std::string& nameOrFile, const HeightSurvey& survey) {
     const BuiltinRamp* ramp =
-        nameOrFile.empty() ? &builtinRamps()[0] : findBuiltinRamp(nameOrFile);
+        findBuiltinRamp(!nameOrFile.empty() ? nameOrFile : survey.town ? "paper" : "natural");
     if (!ramp) {
         auto text = readSmallFile(nameOrFile);
         if (!text) return text.error();
@@ -167,8 +192,7 @@ Result<HeightRamp> HeightRamp::make(const std::string& nameOrFile, const HeightS
     const bool sea = (survey.sea || ramp->zeroIsSea) && !ramp->sea.empty() && survey.minZ <= 0;
     const float lowest = sea ? 0.0f : survey.minZ;
     const float relief = std::max(survey.maxZ - lowest, 0.0f);
-    const float reach =
-        ramp->reservesSnow ? 0.58f + 0.42f * rules::smoothStep(150.0f, 1500.0f, relief) : 1.0f;
+    const float reach = ramp->reservesSnow ? snowReach(relief, survey.maxZ) : 1.0f;
     result.land_ = fill(ramp->land, lowest, std::max(survey.maxZ, lowest), reach);
     if (sea) {
         // Shallow seas stay pale: the deepest blue needs some hundred metres of water.

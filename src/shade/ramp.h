@@ -19,10 +19,17 @@ struct HeightSurvey {
     float minZ = 0, maxZ = 0;           ///< metres
     std::vector<float> cumulative;      ///< share of the ground below minZ + k/(n-1) * (maxZ - minZ)
     bool sea = false;                   ///< 0 is plausibly the level of a sea
+    bool town = false;                  ///< walls: low relief with many cliffs of small cells
 };
-/// Surveys heights (NaN: hole). `hasCrs`: without one, 0 is never taken for a sea.
-HeightSurvey surveyHeights(std::span<const float> heights, int width, float minZ, float maxZ,
-                           bool hasCrs);
+/// A grid of heights to survey (NaN: hole).
+struct SurveyGrid {
+    std::span<const float> heights;  ///< row by row
+    int width = 0;
+    double cell = 1;        ///< metres between posts
+    float minZ = 0, maxZ = 0;
+    bool hasCrs = false;  ///< without one, 0 is never taken for a sea
+};
+HeightSurvey surveyHeights(const SurveyGrid& grid);
 
 /// A colour for a height, in scene-linear light.
 struct Tint {

@@ -11,7 +11,7 @@ using rules::Rgb;
 
 namespace {
 
-const Rgb kRock = rules::sceneFromCodes(128, 123, 118);
+const Rgb kRock = rules::sceneFromCodes(136, 131, 123);
 const Rgb kClay = rules::sceneFromCodes(224, 222, 218);
 const Rgb kContour = rules::sceneFromCodes(92, 68, 50);
 const Rgb kGridLine = rules::sceneFromCodes(36, 42, 52);

@@ -62,8 +62,10 @@ Result<void> DeferredShader::prepare() {
     const TerrainInfo& info = terrain_.info();
     Overview overview = makeOverview(cut_, info.scheme, kOverviewPosts);
     if (needsRamp(settings_.shading)) {
-        const HeightSurvey survey = surveyHeights(overview.heights, overview.width, info.minZ,
-                                                  info.maxZ, !info.crsWkt.empty());
+        const double cell = std::ldexp(info.worldFromLattice.columnLength(), overview.mip);
+        const HeightSurvey survey =
+            surveyHeights({overview.heights, overview.width, cell, info.minZ, info.maxZ,
+                           !info.crsWkt.empty()});
         auto ramp = HeightRamp::make(settings_.options.ramp, survey);
         if (!ramp) return ramp.error();
         ramp_ = std::move(*ramp);

@@ -65,8 +65,10 @@ bool Selector::serves(const BlockBounds& block, const LatticeBox& box) const {
     double error = static_cast<double>(block.errorToFinest);
     // Nearest posts: each surface strays from its bilinear one by at most the range of a cell.
     if (constant_) error += 2 * static_cast<double>(block.cellRange);
-    const double shift =
-        std::max(exaggeration_ * error, static_cast<double>(block.coverageError));
+    // A rim that stands elsewhere on the ground stands higher or lower too.
+    const double rim = static_cast<double>(block.coverageError) *
+                       std::hypot(1.0, exaggeration_ * static_cast<double>(block.maxSlope));
+    const double shift = std::max(exaggeration_ * error, rim);
     if (shift <= 0) return true;
     double distance = 0;
     if (pixelsPerMetre_ <= 0) {

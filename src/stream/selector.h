@@ -27,9 +27,8 @@ private:
     struct Heights {
         double low, high;
     };
-    /// Shadows fall `reach` metres a metre of height along `away`; both from the sun's elevation.
     struct Shadows {
-        Vec2 away{0, 0};
+        Vec2 away{0, 0};       ///< unit, from the sun
         double cotangent = 0;  ///< of the sun's elevation
         double penumbra = 0;   ///< metres of height error hidden by the penumbra, a metre of ground
     };

@@ -34,20 +34,34 @@ double approachSpeed(const TerrainCut& cut, const Ray& ray, const ExactHit& exac
     return std::abs(ray.dz + 2 * ray.bend * exact.t - rise);
 }
 
-}  // namespace
+/// How far aside a place still counts as the same: 1e-9 of it, and the rounding of the place.
+double slackAt(const Ray& ray, double t) {
+    return 1e-9 * std::max({1.0, std::abs(ray.x + ray.dx * t), std::abs(ray.y + ray.dy * t)}) +
+           0x1p-49 * (std::abs(ray.x) + std::abs(ray.y) + std::hypot(ray.dx, ray.dy) * t);
+}
 
-Fault judge(const TerrainCut& cut, const Ray& ray, const Hit& hit, const ExactHit& exact) {
+/// True if `fits` holds for one of the eight rays around a ray.
+template <class Fits>
+bool fitsAside(const Ray& ray, double slack, const Fits& fits) {
+    for (int k = 0; k < 9; ++k) {
+        Ray aside = ray;
+        aside.x += (k % 3 - 1) * slack;
+        aside.y += (k / 3 - 1) * slack;
+        if (k != 4 && fits(aside)) return true;
+    }
+    return false;
+}
+
+Fault judgeStrictly(const TerrainCut& cut, const Ray& ray, const Hit& hit, const ExactHit& exact) {
     if (isHit(hit) != isHit(exact.hit)) return Fault::HitMiss;
     if (!isHit(hit)) return Fault::None;
     if (hit.tile >= cut.tileCount || hit.cell >= 512u * 512u) return Fault::Cell;
     const double x = ray.x + ray.dx * exact.t, y = ray.y + ray.dy * exact.t;
-    // 1e-9 of the place, and the rounding of the place itself.
-    const double edge =
-        1e-9 * std::max({1.0, std::abs(x), std::abs(y)}) +
-        0x1p-49 * (std::abs(ray.x) + std::abs(ray.y) + std::hypot(ray.dx, ray.dy) * exact.t);
+    const double edge = slackAt(ray, exact.t);
     const bool sameCell = hit.tile == exact.hit.tile && hit.cell == exact.hit.cell;
     if (!sameCell && distanceFromCell(cut, hit, x, y) > edge) return Fault::Cell;
-    const double eps = 0x1p-23 * static_cast<double>(std::max(std::abs(cut.minZ), std::abs(cut.maxZ)));
+    const double eps =
+        0x1p-23 * static_cast<double>(std::max(std::abs(cut.minZ), std::abs(cut.maxZ)));
     const double speed = std::max(approachSpeed(cut, ray, exact), 1e-300);
     const bool strip = (exact.hit.flags & kHitStrip) != 0;
     const double allowed = std::max({1e-3, 1e-5 * exact.t, strip ? 0.0 : 2 * eps / speed});
@@ -67,19 +81,40 @@ Fault judge(const TerrainCut& cut, const Ray& ray, const Hit& hit, const ExactHi
     return Fault::None;
 }
 
+}  // namespace
+
+Fault judge(const TerrainCut& cut, const Ray& ray, const Hit& hit, const ExactHit& exact) {
+    const Fault fault = judgeStrictly(cut, ray, hit, exact);
+    if (fault == Fault::None) return fault;
+    const double t = isHit(exact.hit) ? exact.t : static_cast<double>(hit.t);
+    const bool tie = fitsAside(ray, slackAt(ray, t), [&](const Ray& aside) {
+        return judgeStrictly(cut, aside, hit, firstHit(cut, aside)) == Fault::None;
+    });
+    return tie ? Fault::Tie : fault;
+}
+
+Fault judgeShadow(const TerrainCut& cut, const Hit& hit, const Ray& ray, bool answer) {
+    if (occluded(cut, hit, ray) == answer) return Fault::None;
+    const bool tie = fitsAside(ray, slackAt(ray, 0), [&](const Ray& aside) {
+        return occluded(cut, hit, aside) == answer;
+    });
+    return tie ? Fault::Tie : Fault::HitMiss;
+}
+
 std::string describe(Fault fault, const Ray& ray, const Hit& hit, const ExactHit& exact) {
-    constexpr const char* kNames[] = {"none", "hit/miss", "cell", "distance", "place", "flags"};
+    constexpr const char* kNames[] = {"none",     "tie",   "hit/miss", "cell",
+                                      "distance", "place", "flags"};
     char line[512];
-    std::snprintf(line, std::size(line),
-                  "%s: kernel {%s t %.9g tile %u cell %u u %.9g v %.9g flags %d}, oracle {%s t %.17g "
-                  "tile %u cell %u u %.9g v %.9g flags %d}, ray {%.17g, %.17g, %.17g, %.17g, %.17g, "
-                  "%.17g, %.17g, %.17g, %.17g}",
-                  kNames[static_cast<int>(fault)], isHit(hit) ? "hit" : "miss",
-                  static_cast<double>(hit.t), hit.tile, hit.cell, static_cast<double>(hit.u),
-                  static_cast<double>(hit.v), hit.flags, isHit(exact.hit) ? "hit" : "miss", exact.t,
-                  exact.hit.tile, exact.hit.cell, static_cast<double>(exact.hit.u),
-                  static_cast<double>(exact.hit.v), exact.hit.flags, ray.x, ray.y, ray.z, ray.dx,
-                  ray.dy, ray.dz, ray.bend, ray.tMin, ray.tMax);
+    std::snprintf(
+        line, std::size(line),
+        "%s: kernel {%s t %.9g tile %u cell %u u %.9g v %.9g flags %d}, oracle {%s t %.17g "
+        "tile %u cell %u u %.9g v %.9g flags %d}, ray {%.17g, %.17g, %.17g, %.17g, %.17g, "
+        "%.17g, %.17g, %.17g, %.17g}",
+        kNames[static_cast<int>(fault)], isHit(hit) ? "hit" : "miss", static_cast<double>(hit.t),
+        hit.tile, hit.cell, static_cast<double>(hit.u), static_cast<double>(hit.v), hit.flags,
+        isHit(exact.hit) ? "hit" : "miss", exact.t, exact.hit.tile, exact.hit.cell,
+        static_cast<double>(exact.hit.u), static_cast<double>(exact.hit.v), exact.hit.flags, ray.x,
+        ray.y, ray.z, ray.dx, ray.dy, ray.dz, ray.bend, ray.tMin, ray.tMax);
     return line;
 }
 

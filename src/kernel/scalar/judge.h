@@ -12,6 +12,7 @@ namespace terray::oracle {
 
 enum class Fault {
     None,
+    Tie,       ///< allowed: right for a ray that runs 1e-9 aside, as at posts, walls and rims
     HitMiss,   ///< one hits, the other misses
     Cell,      ///< another cell, and the place is not on the border of that cell
     Distance,  ///< t differs by more than max(1 mm, 1e-5 t, 2 eps / |f'|)
@@ -20,6 +21,11 @@ enum class Fault {
 };
 
 Fault judge(const TerrainCut& cut, const Ray& ray, const Hit& hit, const ExactHit& exact);
+
+/// The same for a shadow ray: None, Tie, or HitMiss.
+Fault judgeShadow(const TerrainCut& cut, const Hit& hit, const Ray& ray, bool answer);
+
+inline bool isViolation(Fault fault) { return fault != Fault::None && fault != Fault::Tie; }
 
 /// One line for people: the fault, both hits and the ray in full precision.
 std::string describe(Fault fault, const Ray& ray, const Hit& hit, const ExactHit& exact);

@@ -18,8 +18,8 @@ struct Place {
 /// A square with one bilinear surface: a cell, or a quadrant of a cell of the constant surface. Or
 /// a square without a surface: a hole, or an empty part of the directory.
 struct Patch {
-    int64_t x = 0, y = 0, size = 0;            // half cells of mip 0
-    bool valid = false;                        // has a surface
+    int64_t x = 0, y = 0, size = 0;             // half cells of mip 0
+    bool valid = false;                         // has a surface
     double h00 = 0, h10 = 0, h01 = 0, h11 = 0;  // corners (x, y), (x+1, y), (x, y+1), (x+1, y+1)
     uint32_t slot = kNoSlot, mip = 0, cell = 0;
     int quadrantX = 0, quadrantY = 0;

@@ -70,9 +70,9 @@ TEST(Oracle, RoughSurfacesAgreeWithDenseSampling) {
     for (const Heights* heights : {&paraboloid, &rough}) {
         const TestCut terrain(*heights);
         for (int k = 0; k < 150; ++k) {
-            Ray ray = towards(uniform(random, 0, 16), uniform(random, 0, 16),
-                              uniform(random, -5, 60), uniform(random, 0, 16),
-                              uniform(random, 0, 16), uniform(random, -5, 60));
+            Ray ray =
+                towards(uniform(random, 0, 16), uniform(random, 0, 16), uniform(random, -5, 60),
+                        uniform(random, 0, 16), uniform(random, 0, 16), uniform(random, -5, 60));
             ray.bend = k % 3 == 0 ? 0.02 * (ray.dx * ray.dx + ray.dy * ray.dy) : 0;
             const double step = 1e-3;
             double sampled = std::numeric_limits<double>::infinity();
@@ -225,7 +225,8 @@ TEST(Oracle, NothingSlipsThroughPostsEdgesAndStrips) {
     for (int k = 0; k < 4000; ++k) {
         const double x = snap(uniform(random, 990, 1060)), y = snap(uniform(random, 0, 64));
         const double dx = snap(uniform(random, -3, 3)), dy = snap(uniform(random, -3, 3));
-        const double sx = std::clamp(x - 4 * dx, 0.0, 2048.0), sy = std::clamp(y - 4 * dy, 0.0, 64.0);
+        const double sx = std::clamp(x - 4 * dx, 0.0, 2048.0),
+                     sy = std::clamp(y - 4 * dy, 0.0, 64.0);
         const Ray ray{sx, sy, 60, x - sx, y - sy, -80};  // from above all to below all
         const ExactHit hit = firstHit(terrain.cut(), ray);
         ASSERT_TRUE(isHit(hit.hit)) << k;
@@ -246,7 +247,8 @@ TEST(Oracle, StartsOnBelowAndFarFromTheSheet) {
         EXPECT_FALSE(isHit(firstHit(flat.cut(), ray).hit));
         const double far = 6.4e6;
         const Ray fromSpace = towards(x - 0.3 * far, 2.5 - 0.4 * far, 7 + far, x + 0.1, 2.5, 7);
-        EXPECT_NEAR(firstHit(flat.cut(), fromSpace).t, std::hypot(0.3 * far + 0.1, 0.4 * far, far), 1e-6);
+        EXPECT_NEAR(firstHit(flat.cut(), fromSpace).t, std::hypot(0.3 * far + 0.1, 0.4 * far, far),
+                    1e-6);
     }
 }
 
@@ -254,8 +256,8 @@ TEST(Oracle, StartsOnBelowAndFarFromTheSheet) {
 bool shadowed(const TestCut& terrain, const Ray& view, double dx, double dy, double dz) {
     const ExactHit hit = firstHit(terrain.cut(), view);
     EXPECT_TRUE(isHit(hit.hit));
-    const Ray sun{view.x + view.dx * hit.t, view.y + view.dy * hit.t, heightOfRay(view, hit.t),
-                  dx, dy, dz};
+    const Ray sun{
+        view.x + view.dx * hit.t, view.y + view.dy * hit.t, heightOfRay(view, hit.t), dx, dy, dz};
     return oracle::occluded(terrain.cut(), hit.hit, sun);
 }
 

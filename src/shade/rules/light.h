@@ -21,6 +21,7 @@ inline Rgb lightOn(const Light& light, float facing, float lit, float openSky, f
     const float open = openSky * (0.60f + 0.40f * up);
     // A hollow also loses part of the sun's bright surroundings: the softness of hand-made relief.
     const float hollow = 0.55f + 0.45f * openSky;
+    // Walls and deep slopes look at sunlit ground instead of at the sky.
     return light.sun * (facing * lit * hollow) + light.sky * open + light.bounce * (1.0f - open);
 }
 

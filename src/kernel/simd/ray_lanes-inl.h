@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+// Double-precision lanes: clipping and placing rays, and the root of a hit's cell. The same
+// formulas as kernel/exact, whose comments say why they are what they are.
+
+#if defined(TERRAY_RAY_LANES_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TERRAY_RAY_LANES_INL_H_
+#undef TERRAY_RAY_LANES_INL_H_
+#else
+#define TERRAY_RAY_LANES_INL_H_
+#endif
+
+#include <algorithm>
+#include <cstddef>
+
+#include "hwy/highway.h"
+#include "kernel/simd/ray_lanes.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace terray::simd::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using DD = hn::CappedTag<double, 8>;
+using DDF = hn::Rebind<float, DD>;
+using DDI = hn::Rebind<int32_t, DD>;
+using VD = hn::Vec<DD>;
+using MD = hn::Mask<DD>;
+
+HWY_INLINE VD loadD(const double* p) { return hn::Load(DD(), p); }
+HWY_INLINE VD setD(double v) { return hn::Set(DD(), v); }
+HWY_INLINE void storeFloat(VD v, float* p) { hn::Store(hn::DemoteTo(DDF(), v), DDF(), p); }
+HWY_INLINE void storeInt(VD v, int32_t* p) { hn::Store(hn::DemoteTo(DDI(), v), DDI(), p); }
+HWY_INLINE VD clampD(VD v, VD lo, VD hi) { return hn::Min(hn::Max(v, lo), hi); }
+/// Magnitude of `a` with the sign of `b`; -0 counts as negative, as in std::copysign.
+HWY_INLINE VD withSign(VD a, VD b) { return hn::CopySign(a, b); }
+
+struct ClipD {
+    VD begin, end;
+};
+
+/// The slab 0 <= o + d t <= size, where d is not zero.
+HWY_INLINE void clipSlab(ClipD& c, VD origin, VD step, double size) {
+    const VD inverse = setD(1.0) / step, zero = hn::Zero(DD());
+    const VD a = hn::Neg(origin) * inverse, b = (setD(size) - origin) * inverse;
+    const MD level = step == zero;
+    const MD outside = hn::And(level, hn::Or(origin<zero, origin> setD(size)));
+    c.begin = hn::IfThenElse(level, c.begin, hn::Max(c.begin, hn::Min(a, b)));
+    c.end = hn::IfThenElse(level, c.end, hn::Min(c.end, hn::Max(a, b)));
+    c.end = hn::IfThenElse(outside, setD(-1e300), c.end);
+}
+
+/// The part of the ray below z = top: between the roots of a convex parabola, or a half line.
+HWY_INLINE void clipTop(ClipD& c, VD z, VD dz, VD bend, double top) {
+    const VD slack = hn::MulAdd(setD(1e-9), hn::Abs(z) + setD(top < 0 ? -top : top), setD(1e-6));
+    const VD above = z - (setD(top) + slack), zero = hn::Zero(DD());
+    const VD disc = dz * dz - setD(4.0) * bend * above;
+    const VD k = setD(-0.5) * (dz + withSign(hn::Sqrt(hn::Max(disc, zero)), dz));
+    const VD r1 = k / bend, r2 = above / k;
+    const MD flat = hn::And(dz == zero, bend == zero);
+    const VD first = hn::IfThenElse(flat, c.begin, hn::Min(r1, r2));
+    const VD last = hn::IfThenElse(flat, c.end, hn::Max(r1, r2));
+    c.begin = hn::Max(c.begin, first);
+    c.end = hn::Min(c.end, last);
+    const MD never = hn::Or(disc < zero, hn::And(flat, above > zero));
+    c.end = hn::IfThenElse(never, setD(-1e300), c.end);
+}
+
+HWY_INLINE void placeAt(const TerrainCut& cut, const RayLanes& r, RayBlock& b, size_t p,
+                        const ClipD& c) {
+    const MD some = c.begin <= c.end;
+    const VD zero = hn::Zero(DD()), big = setD(1e30), begin = hn::IfThenElseZero(some, c.begin);
+    const VD dx = loadD(r.dx + p), dy = loadD(r.dy + p), bend = loadD(r.bend + p);
+    const VD px = hn::MulAdd(dx, begin, loadD(r.x + p)), py = hn::MulAdd(dy, begin, loadD(r.y + p));
+    const VD cx = clampD(hn::Floor(px), zero, setD(cut.cellsX - 1));
+    const VD cy = clampD(hn::Floor(py), zero, setD(cut.cellsY - 1));
+    const VD belowOne = setD(0.99999994);
+    storeInt(cx, b.anchorX + p);
+    storeInt(cy, b.anchorY + p);
+    storeInt(cx, b.x + p);
+    storeInt(cy, b.y + p);
+    storeFloat(clampD(px - cx, zero, belowOne), b.fx + p);
+    storeFloat(clampD(py - cy, zero, belowOne), b.fy + p);
+    const VD tiny = setD(1e-30);
+    const MD noX = hn::Abs(dx) < tiny, noY = hn::Abs(dy) < tiny;
+    storeFloat(hn::IfThenZeroElse(noX, dx), b.dx + p);
+    storeFloat(hn::IfThenZeroElse(noY, dy), b.dy + p);
+    storeFloat(hn::IfThenElse(noX, big, setD(1.0) / dx), b.inverseDx + p);
+    storeFloat(hn::IfThenElse(noY, big, setD(1.0) / dy), b.inverseDy + p);
+    const VD dz0 = loadD(r.dz + p);
+    const VD z = hn::MulAdd(begin, hn::MulAdd(bend, begin, dz0), loadD(r.z + p)) -
+                 setD(static_cast<double>(0.5f * (cut.minZ + cut.maxZ)));
+    const VD dz = hn::MulAdd(bend + bend, begin, dz0);
+    const VD length = hn::IfThenElseZero(some, c.end - begin);
+    storeFloat(z, b.z + p);
+    storeFloat(dz, b.dz + p);
+    storeFloat(bend, b.bend + p);
+    const VD vertex = clampD(hn::Neg(dz) / (bend + bend), hn::Neg(big), big);
+    const VD straight = hn::IfThenElse(dz < zero, big, hn::Neg(big));
+    storeFloat(hn::IfThenElse(bend > zero, vertex, straight), b.vertex + p);
+    storeFloat(hn::Min(length, big) * setD(1.000001), b.tEnd + p);
+    const VD error = setD(static_cast<double>(kFloatError));
+    const VD reach = hn::Abs(z) + setD(static_cast<double>(cut.maxZ - cut.minZ) + 1e-3);
+    storeFloat(error * reach, b.error0 + p);
+    storeFloat(error * hn::MulAdd(bend + bend, hn::Min(length, big), hn::Abs(dz)), b.error1 + p);
+    storeFloat(error * (hn::Abs(dx) + hn::Abs(dy)), b.shift1 + p);
+    storeInt(hn::IfThenElseZero(some, setD(kLaneDirectory)), b.state + p);
+}
+
+void placeRayLanes(const TerrainCut& cut, RayLanes& r, RayBlock& b, int count) {
+    constexpr size_t kLanes = HWY_LANES(double) < 8 ? HWY_LANES(double) : 8;
+    for (size_t p = 0; p < static_cast<size_t>(count); p += kLanes) {
+        ClipD c{loadD(r.begin + p), loadD(r.end + p)};
+        clipSlab(c, loadD(r.x + p), loadD(r.dx + p), cut.cellsX);
+        clipSlab(c, loadD(r.y + p), loadD(r.dy + p), cut.cellsY);
+        clipTop(c, loadD(r.z + p), loadD(r.dz + p), loadD(r.bend + p),
+                static_cast<double>(cut.maxZ));
+        hn::Store(c.begin, DD(), r.begin + p);
+        hn::Store(c.end, DD(), r.end + p);
+        placeAt(cut, r, b, p, c);
+    }
+    const int32_t level = std::max(cut.rootLevel - 1, 0) + kTileLevels;
+    for (int k = 0; k < count; ++k) {
+        b.t[k] = 0.0f;
+        b.level[k] = level;
+        b.steps[k] = b.side[k] = b.slot[k] = b.mip[k] = 0;
+        b.result[k] = kResultMiss;
+        b.boundsOffset[k] = b.postsOffset[k] = 0;
+        b.boundsZ[k] = b.boundsStep[k] = b.postsZ[k] = b.postsStep[k] = b.tileDelta[k] = 0.0f;
+    }
+}
+
+/// Interval of t inside the cell [lo, lo + 1] of one axis.
+HWY_INLINE void clipCell(ClipD& c, VD origin, VD step, VD lo) {
+    const VD inverse = setD(1.0) / step;
+    const VD a = (lo - origin) * inverse, b = (lo + setD(1.0) - origin) * inverse;
+    const MD level = step == hn::Zero(DD());
+    c.begin = hn::IfThenElse(level, c.begin, hn::Max(c.begin, hn::Min(a, b)));
+    c.end = hn::IfThenElse(level, c.end, hn::Min(c.end, hn::Max(a, b)));
+}
+
+void finishHitLanes(const RayLanes& r, HitLanes& h, int count) {
+    constexpr size_t kLanes = HWY_LANES(double) < 8 ? HWY_LANES(double) : 8;
+    const VD zero = hn::Zero(DD()), one = setD(1.0), never = setD(1e300);
+    for (size_t p = 0; p < static_cast<size_t>(count); p += kLanes) {
+        // 2^-mip: mips are small, so the product of exact halves is exact
+        const VD mip = hn::PromoteTo(DD(), hn::Load(DDI(), h.mip + p));
+        const VD scale = hn::BitCast(
+            DD(), hn::ShiftLeft<52>(hn::ConvertTo(hn::RebindToSigned<DD>(), setD(1023.0) - mip)));
+        const VD x = loadD(r.x + p) * scale, y = loadD(r.y + p) * scale;
+        const VD dx = loadD(r.dx + p) * scale, dy = loadD(r.dy + p) * scale;
+        const VD z = loadD(r.z + p), dz = loadD(r.dz + p), bend = loadD(r.bend + p);
+        const VD cx = loadD(h.cellX + p), cy = loadD(h.cellY + p);
+        ClipD c{loadD(r.begin + p), loadD(r.end + p)};
+        clipCell(c, x, dx, cx);
+        clipCell(c, y, dy, cy);
+        const VD u = clampD(hn::MulAdd(dx, c.begin, x) - cx, zero, one);
+        const VD v = clampD(hn::MulAdd(dy, c.begin, y) - cy, zero, one);
+        const VD h00 = loadD(h.h00 + p);
+        const VD hb = loadD(h.h10 + p) - h00, hc = loadD(h.h01 + p) - h00;
+        const VD hd = (loadD(h.h11 + p) - loadD(h.h01 + p)) - hb;
+        const VD surface = hn::MulAdd(v, hn::MulAdd(hd, u, hc), hn::MulAdd(hb, u, h00));
+        const VD f0 = hn::MulAdd(c.begin, hn::MulAdd(bend, c.begin, dz), z) - surface;
+        const VD f1 = hn::MulAdd(bend + bend, c.begin, dz) -
+                      (hb * dx + hc * dy + hd * hn::MulAdd(u, dy, v * dx));
+        const VD f2 = bend - hd * dx * dy;
+        const VD disc = hn::Max(f1 * f1 - setD(4.0) * f2 * f0, zero);
+        const VD k = setD(-0.5) * (f1 + withSign(hn::Sqrt(disc), f1));
+        const VD length = c.end - c.begin;
+        const VD slack = length * setD(1.000000001);
+        const VD r1 = k / f2, r2 = f0 / k;
+        const VD s1 = hn::IfThenElse(hn::And(r1 >= zero, r1 <= slack), r1, never);
+        const VD s2 = hn::IfThenElse(hn::And(r2 >= zero, r2 <= slack), r2, never);
+        const VD s = hn::Min(s1, s2);
+        const VD t = c.begin + hn::Min(s, length);
+        const MD found = hn::And(s<never, length> zero);
+        hn::Store(hn::IfThenElse(found, t, setD(HUGE_VAL) - setD(HUGE_VAL)), DD(), h.t + p);
+        storeFloat(clampD(hn::MulAdd(dx, t, x) - cx, zero, one), h.u + p);
+        storeFloat(clampD(hn::MulAdd(dy, t, y) - cy, zero, one), h.v + p);
+        storeInt(hn::IfThenElseZero(f0 < zero, one), h.fromBelow + p);
+    }
+}
+
+}  // namespace terray::simd::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // include guard per target

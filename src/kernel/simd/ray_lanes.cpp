@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// Compiles ray_lanes-inl.h for every SIMD target and dispatches.
+#include "kernel/simd/ray_lanes.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "kernel/simd/ray_lanes.cpp"
+#include "hwy/foreach_target.h"
+// after foreach_target.h
+#include "kernel/simd/ray_lanes-inl.h"
+
+#if HWY_ONCE
+namespace terray::simd {
+
+HWY_EXPORT(placeRayLanes);
+HWY_EXPORT(finishHitLanes);
+
+void placeRays(const TerrainCut& cut, RayLanes& rays, RayBlock& block, int count) {
+    HWY_DYNAMIC_DISPATCH(placeRayLanes)(cut, rays, block, count);
+}
+void finishHits(const RayLanes& rays, HitLanes& hits, int count) {
+    HWY_DYNAMIC_DISPATCH(finishHitLanes)(rays, hits, count);
+}
+
+}  // namespace terray::simd
+#endif  // HWY_ONCE

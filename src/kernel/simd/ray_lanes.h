@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// The double-precision ends of a block's way: placing rays before the float traversal, and fixing
+// each hit's distance after it. Compiled once per SIMD target, like the traversal.
+#pragma once
+
+#include <cstdint>
+
+#include "kernel/simd/block.h"
+
+namespace terray::simd {
+
+/// Up to 64 rays, one array per component, and the interval of t in which each can hit anything.
+struct alignas(64) RayLanes {
+    double x[kBlockRays], y[kBlockRays], z[kBlockRays];
+    double dx[kBlockRays], dy[kBlockRays], dz[kBlockRays], bend[kBlockRays];
+    double begin[kBlockRays],
+        end[kBlockRays];  ///< in: tMin, tMax; out: clipped; begin > end: nothing
+};
+
+/// The cells in which lanes have certain hits, and what double precision makes of them.
+struct alignas(64) HitLanes {
+    int32_t mip[kBlockRays];
+    double cellX[kBlockRays], cellY[kBlockRays];  ///< in cells of the lane's mip
+    double h00[kBlockRays], h10[kBlockRays], h01[kBlockRays], h11[kBlockRays];
+    double t[kBlockRays];  ///< out: distance; NaN: double precision sees no root in this cell
+    float u[kBlockRays], v[kBlockRays];
+    int32_t fromBelow[kBlockRays];
+};
+
+/// Clips the rays to the true rectangle and to below the highest thing drawn, and places the float
+/// rays of the block at their begin: in the directory, one below the root. Lanes without an
+/// interval are done.
+void placeRays(const TerrainCut& cut, RayLanes& rays, RayBlock& block, int count);
+
+/// First root of each lane's bilinear cell.
+void finishHits(const RayLanes& rays, HitLanes& hits, int count);
+
+}  // namespace terray::simd
