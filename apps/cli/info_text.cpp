@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "terray/process.h"
+
 namespace terray::cli {
 namespace {
 
@@ -77,6 +79,16 @@ std::string bytesText(uint64_t bytes) {
     return fmt::format("{:.1f} KiB", value / 1024.0);
 }
 
+void sayAssumptions(const SourceInfo& info) {
+    for (const std::string& text : info.assumptions) {
+        const bool noCrs = info.crsName.empty() && text.find("taken as metres") != text.npos;
+        if (noCrs)
+            writeWarning(text);
+        else
+            writeNote(text);
+    }
+}
+
 double reliefPercent(const SourceInfo& info) {
     const double width = widthMetres(info);
     return width > 0 ? 100 * (info.maxHeight - info.minHeight) / width : 0;
@@ -120,7 +132,7 @@ std::string infoText(const SourceInfo& info) {
     for (const std::string& assumption : info.assumptions) lines.add("Assumed", assumption);
     if (const auto factor = suggestedExaggeration(info))
         lines.add("Suggestion",
-                  fmt::format("the relief is {:.2g} % of the width: try --exaggeration {:g}",
+                  fmt::format("the relief is only {:.2f} % of the width: try --exaggeration {:g}",
                               reliefPercent(info), *factor));
     return lines.take();
 }

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "commands.h"
+#include "info_text.h"
 #include "names.h"
 #include "options.h"
 #include "output.h"
@@ -110,7 +111,7 @@ void runQuery(const QueryFlags& flags, const std::vector<Column>& columns, Answe
     const std::vector<Record> records = readRecords(flags.arguments, flags.file, columns);
     if (!flags.outputPath.empty()) checkWritable("--output", flags.outputPath);
     const Terrain terrain = valueOf(Terrain::open(flags.source.source, flags.source.open));
-    for (const std::string& assumption : terrain.info().assumptions) writeNote(assumption);
+    sayAssumptions(terrain.info());
     const Answers answers = answer(terrain, flags.query, records);
     const std::string text = flags.json ? answersJson(answers) : answersCsv(answers);
     if (flags.outputPath.empty())

@@ -52,11 +52,11 @@ std::string statsCsv(const std::string& json) {
     return names + "\n" + values + "\n";
 }
 
-void noteFacts(const SourceInfo& info, const RenderOptions& render) {
-    for (const std::string& assumption : info.assumptions) writeNote(assumption);
+void sayFacts(const SourceInfo& info, const RenderOptions& render) {
+    sayAssumptions(info);
     const auto factor = suggestedExaggeration(info);
     if (factor && render.exaggeration == 1)
-        writeNote(fmt::format("the relief is {:.2g} % of the width: try --exaggeration {:g}",
+        writeNote(fmt::format("the relief is only {:.2f} % of the width: try --exaggeration {:g}",
                               reliefPercent(info), *factor));
 }
 
@@ -84,7 +84,7 @@ void runRender(RenderFlags& flags) {
     if (!statsPath.empty()) checkWritable("--stats", statsPath);
 
     const Terrain terrain = valueOf(Terrain::open(flags.source.source, flags.source.open));
-    noteFacts(terrain.info(), flags.look.render);
+    sayFacts(terrain.info(), flags.look.render);
     const RenderStats stats = valueOf(renderToFiles(terrain, view, flags.look.render, outputs));
     if (!statsPath.empty()) {
         const std::string json = toJson(stats);

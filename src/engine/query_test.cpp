@@ -15,18 +15,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Opens an ASCII grid with posts at (column * cell, row * cell), rows counted from the south.
+/// Opens an ASCII grid with posts at (left + column * cell, row * cell), rows counted from the
+/// south. z takes metres from the lower left post.
 Terrain makeTerrain(int columns, int rows, double cell,
-                    const std::function<double(double, double)>& z,
-                    const OpenOptions& options = {}) {
+                    const std::function<double(double, double)>& z, const OpenOptions& options = {},
+                    double left = 0) {
     const fs::path path = fs::temp_directory_path() /
                           (std::string("terray_query_") +
                            testing::UnitTest::GetInstance()->current_test_info()->name() + ".asc");
     {
         std::ofstream out(path);
         out.precision(12);
-        out << "ncols " << columns << "\nnrows " << rows << "\nxllcenter 0\nyllcenter 0\ncellsize "
-            << cell << "\nNODATA_value -9999\n";
+        out << "ncols " << columns << "\nnrows " << rows << "\nxllcenter " << left
+            << "\nyllcenter 0\ncellsize " << cell << "\nNODATA_value -9999\n";
         for (int row = rows - 1; row >= 0; --row) {
             for (int column = 0; column < columns; ++column)
                 out << z(column * cell, row * cell) << ' ';
@@ -129,14 +130,14 @@ TEST(Query, TheEarthBulgesBetweenFarPlaces) {
     OpenOptions open;
     open.assignCrs = "EPSG:32631";
     const Terrain terrain = makeTerrain(
-        101, 11, 400, [](double, double) { return 0; }, open);
+        101, 11, 400, [](double, double) { return 0; }, open, 480'000);
     const double radius = 6.37e6, half = 20'000;
     const double horizon = half * half / (2 * radius);  // 31.4 m
     QueryOptions options;
     options.refraction = 0;
     for (const auto& [height, visible] :
          {std::pair{horizon * 0.98, false}, std::pair{horizon * 1.02, true}}) {
-        const std::vector<Place> a{{0, 2000, height, true}}, b{{40'000, 2000, height, true}};
+        const std::vector<Place> a{{480'000, 2000, height, true}}, b{{520'000, 2000, height, true}};
         const auto lines = queryLinesOfSight(terrain, a, b, options);
         ASSERT_TRUE(lines.ok()) << lines.error().message;
         EXPECT_EQ((*lines)[0].visible, visible) << height;

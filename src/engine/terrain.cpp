@@ -8,6 +8,7 @@
 #include <new>
 
 #include "base/interrupt.h"
+#include "base/log.h"
 #include "base/stopwatch.h"
 #include "engine/describe.h"
 #include "engine/memory_rule.h"
@@ -52,6 +53,10 @@ Result<void> openInto(Terrain::State& state, const std::string& source,
     state.facts.minHeight = static_cast<double>(state.resident->info().minZ);
     state.facts.maxHeight = static_cast<double>(state.resident->info().maxZ);
     state.facts.holes = static_cast<int64_t>(state.build.holes);
+
+    const TilingScheme& scheme = state.resident->info().scheme;
+    if (state.build.holes >= static_cast<uint64_t>(scheme.columns * scheme.rows))
+        log::warning("'{}' has no sample with a height: there is nothing to see", source);
 
     const Stopwatch photoWatch;
     TERRAY_TRY(loadPhotoOf(state, options, plan->photo));

@@ -37,7 +37,7 @@ enum class PixelType { Byte, Float };
 
 struct ImageSpec {
     int width = 0, height = 0;
-    int channels = 3;                  ///< 1, 3 or 4 (straight alpha last)
+    int channels = 3;  ///< 1, 3 or 4 (straight alpha last; EXR stores it associated)
     PixelType type = PixelType::Byte;  ///< Byte: PNG, JPEG, TIFF; Float: EXR, TIFF
     std::optional<GeoReference> georeference;
     int jpegQuality = 92;

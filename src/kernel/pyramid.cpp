@@ -54,10 +54,10 @@ inline __attribute__((always_inline)) void packRow(const uint16_t* max0, const u
                                                    const uint16_t* min0, const uint16_t* min1,
                                                    uint32_t* out) {
     for (int i = 0; i < kCells / 2; ++i) {
-        const uint32_t top =
-            std::max(std::max(max0[2 * i], max0[2 * i + 1]), std::max(max1[2 * i], max1[2 * i + 1]));
-        const uint32_t bottom =
-            std::min(std::min(min0[2 * i], min0[2 * i + 1]), std::min(min1[2 * i], min1[2 * i + 1]));
+        const uint32_t top = std::max(std::max(max0[2 * i], max0[2 * i + 1]),
+                                      std::max(max1[2 * i], max1[2 * i + 1]));
+        const uint32_t bottom = std::min(std::min(min0[2 * i], min0[2 * i + 1]),
+                                         std::min(min1[2 * i], min1[2 * i + 1]));
         out[i] = top << 16 | bottom;
     }
 }
@@ -100,8 +100,8 @@ void nextLevel(const uint32_t* below, int size, uint32_t* out) {
             const uint32_t a = row0[2 * x], b = row0[2 * x + 1];
             const uint32_t c = row1[2 * x], d = row1[2 * x + 1];
             const uint32_t top = std::max(std::max(a, b), std::max(c, d)) & 0xFFFF0000u;
-            const uint32_t bottom = std::min(std::min(a & 0xFFFFu, b & 0xFFFFu),
-                                             std::min(c & 0xFFFFu, d & 0xFFFFu));
+            const uint32_t bottom =
+                std::min(std::min(a & 0xFFFFu, b & 0xFFFFu), std::min(c & 0xFFFFu, d & 0xFFFFu));
             out[y * size + x] = top | bottom;
         }
     }
@@ -218,8 +218,7 @@ void firstLevel(const float* posts, int cellsX, int cellsY, float z0, float step
         }
         for (int i = 0; i < kCells / 2; ++i) {
             const float high = top[2 * i] > top[2 * i + 1] ? top[2 * i] : top[2 * i + 1];
-            const float low =
-                bottom[2 * i] < bottom[2 * i + 1] ? bottom[2 * i] : bottom[2 * i + 1];
+            const float low = bottom[2 * i] < bottom[2 * i + 1] ? bottom[2 * i] : bottom[2 * i + 1];
             // An empty block (inf, -inf) is given harmless heights, then masked out.
             const uint32_t empty = low > high ? 0xFFFFFFFFu : 0u;
             const float finiteHigh = high > z0 ? high : z0;

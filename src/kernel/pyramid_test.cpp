@@ -99,9 +99,9 @@ void expectStrictBounds(RandomTile& tile, bool asFloat, int cellsX, int cellsY) 
             for (int x = 0; x < size; ++x) {
                 const uint32_t entry =
                     tile.bounds[levelOffset(level) + static_cast<uint32_t>(y * size + x)];
-                const Range range = rangeOf(tile, asFloat, x * cells, y * cells,
-                                            std::min((x + 1) * cells, cellsX),
-                                            std::min((y + 1) * cells, cellsY));
+                const Range range =
+                    rangeOf(tile, asFloat, x * cells, y * cells, std::min((x + 1) * cells, cellsX),
+                            std::min((y + 1) * cells, cellsY));
                 if (range.low > range.high) {
                     ASSERT_EQ(entry, kEmptyBounds) << level << ' ' << x << ' ' << y;
                     continue;
@@ -162,7 +162,8 @@ TEST(Pyramid, FloatBoundsNeedNoRounding) {
     const TileDesc& t = tile.tile;
     for (uint32_t code = 0; code < 65535; code += 13) {
         const float fused = std::fma(t.boundsStep, static_cast<float>(code), t.boundsZ0);
-        const double exact = static_cast<double>(t.boundsStep) * code + static_cast<double>(t.boundsZ0);
+        const double exact =
+            static_cast<double>(t.boundsStep) * code + static_cast<double>(t.boundsZ0);
         ASSERT_EQ(static_cast<double>(fused), exact);
     }
 }

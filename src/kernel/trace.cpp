@@ -63,6 +63,7 @@ void placeRay(const TerrainCut& cut, const Ray& ray, const exact::Clip& clip, in
     b.mip[k] = 0;
     b.boundsOffset[k] = b.postsOffset[k] = 0;
     b.boundsZ[k] = b.boundsStep[k] = b.postsZ[k] = b.postsStep[k] = b.tileDelta[k] = 0.0f;
+    b.entryLevel[k] = simd::kEnterAtTop;
     b.state[k] = simd::kLaneDirectory;
     b.level[k] = std::max(cut.rootLevel - 1, 0) + kTileLevels;
 }
@@ -109,8 +110,8 @@ void loadHitCells(const TerrainCut& cut, const RayBlock& b, int count, simd::Hit
     }
 }
 
-void firstHitsBlock(const TerrainCut& cut, std::span<const Ray> rays, std::span<Hit> hits,
-                    TraceCounters& counters) {
+void firstHitsBlock(const TerrainCut& cut, std::span<const Ray> rays, const HeadStart& start,
+                    std::span<Hit> hits, TraceCounters& counters) {
     simd::RayLanes lanes;
     RayBlock b;
     simd::HitLanes h;
@@ -126,9 +127,12 @@ void firstHitsBlock(const TerrainCut& cut, std::span<const Ray> rays, std::span<
         lanes.dz[k] = ray.dz;
         lanes.bend[k] = ray.bend;
         lanes.begin[k] = ray.tMin;
+        lanes.clear[k] = start.clear.empty()
+                             ? ray.tMin
+                             : start.clear[static_cast<size_t>(std::min(k, count - 1))];
         lanes.end[k] = k < count ? ray.tMax : -1e300;
     }
-    simd::placeRays(cut, lanes, b, padded);
+    simd::placeRays(cut, lanes, b, padded, start.clear.empty() ? simd::kEnterAtTop : start.level);
     simd::traceBlock(cut, b, padded);
     const bool bilinear = cut.constantSurface == 0;
     if (bilinear) {
@@ -276,9 +280,16 @@ void occludedBlock(const TerrainCut& cut, std::span<const Hit> hits, std::span<c
 
 void firstHits(const TerrainCut& cut, std::span<const Ray> rays, std::span<Hit> hits,
                TraceCounters& counters) {
+    firstHits(cut, rays, HeadStart{}, hits, counters);
+}
+
+void firstHits(const TerrainCut& cut, std::span<const Ray> rays, const HeadStart& start,
+               std::span<Hit> hits, TraceCounters& counters) {
     for (size_t first = 0; first < rays.size(); first += kBlockRays) {
         const size_t count = std::min<size_t>(kBlockRays, rays.size() - first);
-        firstHitsBlock(cut, rays.subspan(first, count), hits.subspan(first, count), counters);
+        HeadStart part = start;
+        if (!start.clear.empty()) part.clear = start.clear.subspan(first, count);
+        firstHitsBlock(cut, rays.subspan(first, count), part, hits.subspan(first, count), counters);
     }
 }
 

@@ -24,6 +24,15 @@ struct TraceCounters {
 void firstHits(const TerrainCut& cut, std::span<const Ray> rays, std::span<Hit> hits,
                TraceCounters& counters);
 
+/// What is known of rays before they are traced (kernel/beam.h): ray k is above the surface until
+/// clear[k]; blocks larger than 2^level cells are of no use from there. Hits do not depend on it.
+struct HeadStart {
+    std::span<const double> clear;
+    int level = 0;
+};
+void firstHits(const TerrainCut& cut, std::span<const Ray> rays, const HeadStart& start,
+               std::span<Hit> hits, TraceCounters& counters);
+
 /// Shadow tests: occluded[k] = 1 where the ray leaving hits[k] (a point on the drawn surface) meets
 /// the surface again at t > 0. rays[k] has its origin at the hit's place; the known root t = 0 is
 /// divided out of the hit cell's quadratic, so no bias is needed. Invalid hits give 0. A ray that

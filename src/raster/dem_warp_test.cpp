@@ -80,6 +80,36 @@ TEST_F(DemWarpTest, PostsAreTheHeightsOfTheirPlaces) {
     EXPECT_THAT(dem.facts.assumptions, Contains(HasSubstr("warped to WGS 84 / UTM zone 32N")));
 }
 
+TEST_F(DemWarpTest, TheMapIsGoodToAHundredthOfASampleOverAContinent) {
+    // heights count samples eastwards, then southwards: errors are places in samples
+    for (const bool east : {true, false}) {
+        const Dem dem = open(write(degrees(0, 70, 0.1, 350, 300, [&](double lon, double lat) {
+            return 10 * (east ? lon : 70 - lat);
+        })));
+        ASSERT_TRUE(dem.facts.warped);
+        const Result<GeoFrame> frame = GeoFrame::make(dem.dataCrsWkt, dem.source->info().crsWkt);
+        const std::vector<float> heights = posts(dem);
+        const TilingScheme& scheme = dem.source->info().scheme;
+        double worst = 0;
+        int64_t seen = 0;
+        for (int64_t j = 0; j < scheme.rows; j += 3) {
+            for (int64_t i = 0; i < scheme.columns; i += 3) {
+                const float z = heights[static_cast<size_t>(j * scheme.columns + i)];
+                const Vec2 place = lonLatOf(dem, *frame, i, j);
+                if (std::isnan(z) || place.x < 0.2 || place.x > 34.8 || place.y > 69.8 ||
+                    place.y < 40.2) {
+                    continue;
+                }
+                const double exact = 10 * (east ? place.x : 70 - place.y);
+                worst = std::max(worst, std::abs(static_cast<double>(z) - exact));
+                ++seen;
+            }
+        }
+        EXPECT_GT(seen, 5000);
+        EXPECT_LT(worst, 0.01);
+    }
+}
+
 TEST_F(DemWarpTest, AnyWindowGivesTheSameBits) {
     const Dem dem = open(write(degrees(10.3, 46.9, 1 / 1200.0, 190, 170, hills)));
     const std::vector<float> all = posts(dem);

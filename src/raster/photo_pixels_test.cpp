@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-#include "raster/photo_test_files.h"
+#include "raster/test_photo_files.h"
 
 namespace terray {
 namespace {

@@ -9,7 +9,7 @@
 #include <filesystem>
 
 #include "geo/frame.h"
-#include "raster/photo_test_files.h"
+#include "raster/test_photo_files.h"
 
 namespace terray {
 namespace {

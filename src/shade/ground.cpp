@@ -89,8 +89,8 @@ Ground GroundSampler::at(const Hit& hit, double px, double py) const {
     const glm::vec3 facet = pictureNormal(worldGradient(lattice));
     const float facing = std::max(std::abs(glm::dot(facet, ray.direction)), 0.15f);
     const float covered = glm::length(ray.right) * glm::length(ray.down) * facet.z / facing;
-    const float footprint = footprintShare_ * std::sqrt(covered / cellArea_);
-    filtered_.at(ground.i, ground.j, footprint, lattice);
+    ground.footprint = footprintShare_ * std::sqrt(covered / cellArea_);
+    filtered_.at(ground.i, ground.j, ground.footprint, lattice);
 
     ground.gradient = worldGradient(lattice);
     ground.normal = pictureNormal(ground.gradient);

@@ -17,6 +17,7 @@ struct Ground {
     glm::vec2 footX{0}, footY{0};  ///< ground covered a pixel to the right and down, world metres
     float height = 0;             ///< true metres, of the drawn surface
     float distance = 0;           ///< metres in picture space
+    float footprint = 0;          ///< width that a sample covers, mip-0 cells
     float slope() const { return glm::length(gradient); }
 };
 

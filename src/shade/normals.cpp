@@ -3,23 +3,15 @@
 #include "shade/normals.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 
 #include "kernel/height.h"
+#include "shade/rules/filter.h"
 #include "shade/rules/spline.h"
 
 namespace terray {
 namespace {
-
-/// log2 good to 0.01: from the float's own exponent and mantissa.
-float roughLog2(float v) {
-    const auto bits = std::bit_cast<uint32_t>(v);
-    const float exponent = static_cast<float>(static_cast<int>(bits >> 23) - 127);
-    const float m = std::bit_cast<float>((bits & 0x007FFFFFu) | 0x3F800000u);
-    return exponent + (-0.344845f * m + 2.024658f) * m - 1.674873f;
-}
 
 /// 4 x 4 posts inside one tile; false if one of them is a hole.
 bool loadPosts(const TerrainCut& cut, const TileDesc& tile, int x, int y, float (&z)[4][4]) {
@@ -117,22 +109,19 @@ bool FilteredGradient::ofMip(int mip, double i, double j, glm::vec2& gradient) c
 
 bool FilteredGradient::at(double i, double j, float footprint, glm::vec2& gradient) const {
     // The spline itself averages over about two cells, so the mip of half the footprint fits.
-    const float wanted = std::clamp(roughLog2(std::max(footprint, 1e-6f)) - 1.0f, 0.0f,
-                                    static_cast<float>(maxMip_));
-    int mip = static_cast<int>(wanted);
-    // Blends mips over the middle half of the way only: the rest needs one gather, not two.
-    const float blend = std::clamp((wanted - static_cast<float>(mip)) * 2.0f - 0.5f, 0.0f, 1.0f);
+    const rules::MipBlend blend = rules::mipBlend(0.5f * footprint, maxMip_);
     glm::vec2 fine{}, coarse{};
-    const bool hasFine = blend < 1.0f && ofMip(mip, i, j, fine);
-    const bool hasCoarse = blend > 0.0f && mip < maxMip_ && ofMip(mip + 1, i, j, coarse);
+    const bool hasFine = blend.coarser < 1.0f && ofMip(blend.mip, i, j, fine);
+    const bool hasCoarse = blend.coarser > 0.0f && ofMip(blend.mip + 1, i, j, coarse);
     if (hasFine && hasCoarse) {
-        gradient = fine * (1.0f - blend) + coarse * blend;
+        gradient = fine * (1.0f - blend.coarser) + coarse * blend.coarser;
         return true;
     }
     if (hasFine || hasCoarse) {
         gradient = hasFine ? fine : coarse;
         return true;
     }
+    int mip = blend.mip;
     while (--mip >= 0)  // beside a hole a finer mip may still have a cell
         if (ofMip(mip, i, j, gradient)) return true;
     return false;

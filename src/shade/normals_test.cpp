@@ -122,15 +122,15 @@ TEST(SkyLight, PlainsSeeAllAndExaggerationDeepensHollows) {
     const Affine2 map{{0, 0}, {10, 0}, {0, -10}};
     const Scene plain({200, 100, [](int, int) { return 42.0; }});
     const SkyLight flat(makeOverview(plain.cut.cut(), plain.scheme, 1 << 20), map, 1);
-    EXPECT_NEAR(flat.at(100, 50), 1, 1e-3f);
-    EXPECT_NEAR(flat.at(199, 99), 1, 1e-3f);
+    EXPECT_NEAR(flat.at(100, 50, 0.5f), 1, 1e-3f);
+    EXPECT_NEAR(flat.at(199, 99, 300), 1, 1e-3f);
     const Scene valley({200, 100, [](int i, int) { return 5.0 * std::abs(i - 100); }});
     float last = 1;
     for (double exaggeration : {1.0, 2.0, 4.0}) {
         const SkyLight sky(makeOverview(valley.cut.cut(), valley.scheme, 1 << 20), map,
                            exaggeration);
-        EXPECT_LT(sky.at(100, 50), last - 0.05f);
-        last = sky.at(100, 50);
+        EXPECT_LT(sky.at(100, 50, 1), last - 0.05f);
+        last = sky.at(100, 50, 1);
     }
 }
 

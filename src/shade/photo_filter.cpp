@@ -8,6 +8,8 @@
 #include <array>
 #include <cmath>
 
+#include "shade/rules/filter.h"
+
 namespace terray {
 namespace {
 
@@ -110,11 +112,9 @@ PhotoSample PhotoFilter::at(Vec2 place, glm::vec2 a, glm::vec2 b) const {
     const float area = std::abs(a.x * b.y - a.y * b.x);
     const float minor = std::clamp(area / major, major / kMostTaps, major);
     const int taps = major <= 1.0f ? 1 : static_cast<int>(std::ceil(major / minor - 0.25f));
-    const float mipWanted = std::clamp(std::log2(std::max(minor, 1.0f)), 0.0f,
-                                       static_cast<float>(mips_.size() - 1));
-    const size_t mip = static_cast<size_t>(mipWanted);
-    // As for normals: blends two mips over the middle half of the way only.
-    const float blend = std::clamp((mipWanted - static_cast<float>(mip)) * 2.0f - 0.5f, 0.0f, 1.0f);
+    const rules::MipBlend blend =
+        rules::mipBlend(std::max(minor, 1.0f), static_cast<int>(mips_.size()) - 1);
+    const auto mip = static_cast<size_t>(blend.mip);
     PhotoSample sum;
     const float weight = 1.0f / static_cast<float>(taps);
     for (int k = 0; k < taps; ++k) {
@@ -123,9 +123,8 @@ PhotoSample PhotoFilter::at(Vec2 place, glm::vec2 a, glm::vec2 b) const {
                                       static_cast<double>(along * axis.y)};
         // Half a pixel of grace: a photo that ends with the posts' pixels covers the posts.
         if (tap.x < -1 || tap.y < -1 || tap.x > width_ || tap.y > height_) continue;
-        if (blend < 1.0f) addTap(mips_[mip], tap, weight * (1.0f - blend), sum);
-        if (blend > 0.0f && mip + 1 < mips_.size())
-            addTap(mips_[mip + 1], tap, weight * blend, sum);
+        if (blend.coarser < 1.0f) addTap(mips_[mip], tap, weight * (1.0f - blend.coarser), sum);
+        if (blend.coarser > 0.0f) addTap(mips_[mip + 1], tap, weight * blend.coarser, sum);
     }
     return sum;
 }

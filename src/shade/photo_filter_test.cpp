@@ -91,7 +91,7 @@ TEST(PhotoFilter, OddAndTinyPhotosHaveMipsDownToOnePixel) {
     for (auto [w, h] : {std::pair{1, 1}, {1, 7}, {5, 3}, {17, 2}}) {
         const Photo photo = photoOf(w, h, [](int, int) { return 0x808080FFu; });
         const PhotoFilter filter(photo);
-        const PhotoSample s = filter.at({w / 2.0 - 0.5, h / 2.0 - 0.5}, {0.1f, 0}, {0, 100.0f});
+        const PhotoSample s = filter.at({w / 2.0 - 0.5, h / 2.0 - 0.5}, {0.1f, 0}, {0, 1.5f});
         EXPECT_NEAR(s.colour.r / s.cover, rules::linearFromSrgb(128 / 255.0f), 0.01f);
     }
 }

@@ -85,8 +85,8 @@ void DeferredShader::shadeLit(const ImageTile& tile, Vec2 offset, std::span<cons
 
 Rgb DeferredShader::litColour(const Hit& hit, const Lit& lit, float sunlit) const {
     const Ground& ground = lit.ground;
-    const Rgb light = rules::lightOn(light_, lit.facing, sunlit, sky_->at(ground.i, ground.j),
-                                     ground.normal.z);
+    const float openSky = sky_->at(ground.i, ground.j, ground.footprint);
+    const Rgb light = rules::lightOn(light_, lit.facing, sunlit, openSky, ground.normal.z);
     Rgb colour;
     switch (settings_.shading) {
         case Shading::Photo: colour = photoColour(ground, light); break;

@@ -155,10 +155,10 @@ TEST(Shader, ShadowsDarkenButStayReadable) {
 }
 
 TEST(Shader, FarRoughGroundIsCalm) {
-    // White noise of a metre on a plain, seen from so far that a pixel holds thousands of posts.
+    // White noise of two metres on a plain, seen from so far that a pixel holds hundreds of posts.
     std::mt19937 random(8);
     std::vector<float> noise(1024 * 1024);
-    for (float& v : noise) v = static_cast<float>(random() % 1000) * 0.02f;
+    for (float& v : noise) v = static_cast<float>(random() % 1000) * 0.002f;
     const FunctionSource source(1024, 1024, 10, [&](int64_t i, int64_t j) {
         return static_cast<double>(noise[static_cast<size_t>(j * 1024 + i)]);
     });

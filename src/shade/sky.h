@@ -15,13 +15,22 @@ public:
     /// Sweeps the overview; `exaggeration` scales its heights.
     SkyLight(Overview overview, const Affine2& worldFromLattice, double exaggeration);
 
-    /// Open share of the sky 0..1 at a place of the mip-0 lattice, bilinear between posts.
-    float at(double i, double j) const;
+    /// Open share of the sky 0..1 at a place of the mip-0 lattice, averaged over about `footprint`
+    /// mip-0 cells: bilinear between posts, linear between mips.
+    float at(double i, double j, float footprint) const;
 
 private:
-    std::vector<uint16_t> open_;
-    int width_ = 0, height_ = 0;
-    double scale_ = 1;
+    /// The field and its means over 2 x 2, 4 x 4 ... posts; post (i, j) of a mip stands in the
+    /// middle of the posts it is the mean of.
+    struct Mip {
+        std::vector<uint16_t> open;
+        int width = 0, height = 0;
+        double scale = 1, shift = 0;  ///< post = place * scale + shift
+        float at(double i, double j) const;
+    };
+    static Mip halve(const Mip& fine);
+
+    std::vector<Mip> mips_;
 };
 
 }  // namespace terray

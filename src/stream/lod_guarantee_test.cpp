@@ -1,1 +1,305 @@
 // SPDX-License-Identifier: Apache-2.0
+// The guarantee of level of detail (docs/lod.md), judged by the oracle: every pixel's distance on
+// the cut lies between the exact distances one tolerance below and above it, along the line to the
+// vertical vanishing point. Pixels within a tolerance of a hole's rim are left out and counted.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "kernel/height.h"
+#include "kernel/scalar/oracle.h"
+#include "raster/synthetic.h"
+#include "stream/cut.h"
+#include "stream/test_source.h"
+#include "view/ray_frame.h"
+
+namespace terray {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+struct Tally {
+    int judged = 0, leftOut = 0, moved = 0, violations = 0, coarse = 0;
+};
+
+/// One picture of one terrain.
+class Judge {
+public:
+    Judge(const ResidentTerrain& terrain, const RayFrame& rays, double tolerancePx)
+        : terrain_(terrain), rays_(rays), tolerance_(tolerancePx),
+          finest_(finestCut(terrain, false)),
+          rims_(static_cast<size_t>(rays.camera().width * rays.camera().height), 0) {
+        markRims();
+    }
+
+    Tally judge(const TerrainCut& cut, int count, uint32_t seed, double tolerancePx) const {
+        const Camera& camera = rays_.camera();
+        std::mt19937 random(seed);
+        std::uniform_real_distribution<double> x(0, camera.width), y(0, camera.height);
+        Tally tally;
+        for (int k = 0; k < count; ++k) judgePixel(cut, x(random), y(random), tolerancePx, tally);
+        return tally;
+    }
+
+private:
+    void judgePixel(const TerrainCut& cut, double px, double py, double tolerancePx,
+                    Tally& tally) const {
+        const Vec3 direction = rays_.camera().rayThrough(px, py).direction;
+        const Vec2 heading = glm::normalize(Vec2{direction.x, direction.y});
+        // One radian up in the vertical plane of the ray: where its image runs.
+        const Vec3 up = glm::normalize(Vec3{0, 0, 1} - direction.z * direction);
+        const Vec2 line = imageStep(px, py, direction, up);
+        const Vec2 below{px - tolerancePx * line.x, py - tolerancePx * line.y};
+        const Vec2 above{px + tolerancePx * line.x, py + tolerancePx * line.y};
+        const bool acrossNadir = !sameWay(below, heading) || !sameWay(above, heading);
+        if (acrossNadir || nearRim(px, py)) {
+            ++tally.leftOut;
+            return;
+        }
+        const double drawn = distance(cut, px, py, heading, &tally);
+        const double least = distance(finest_.cut(), below.x, below.y, heading, nullptr);
+        const double most = distance(finest_.cut(), above.x, above.y, heading, nullptr);
+        const double slack = 1e-6 * (1 + std::abs(drawn));
+        ++tally.judged;
+        const double exact = distance(finest_.cut(), px, py, heading, nullptr);
+        if (!(std::abs(exact - drawn) <= slack) && exact != drawn) ++tally.moved;
+        if (drawn < least - slack || drawn > most + slack) ++tally.violations;
+    }
+
+    Vec2 imageStep(double px, double py, const Vec3& direction, const Vec3& up) const {
+        const Camera& camera = rays_.camera();
+        if (camera.projection == Projection::Panorama) return {0, -1};
+        const double h = 1e-6;
+        Vec3 moved = direction + h * up;
+        if (camera.projection == Projection::Ortho) {
+            return glm::normalize(Vec2{camera.right.z, -camera.up.z});
+        }
+        const Vec3 there = *camera.project(camera.eye + moved);
+        return glm::normalize(Vec2{there.x - px, there.y - py});
+    }
+
+    bool sameWay(Vec2 place, Vec2 heading) const {
+        const Vec3 direction = rays_.camera().rayThrough(place.x, place.y).direction;
+        return direction.x * heading.x + direction.y * heading.y > 0;
+    }
+
+    /// Metres along the heading from the eye's plumb line to the first hit.
+    double distance(const TerrainCut& cut, double px, double py, Vec2 heading,
+                    Tally* tally) const {
+        const Ray ray = rays_.rayThrough(px, py);
+        const oracle::ExactHit exact = oracle::firstHit(cut, ray);
+        if (!isHit(exact.hit)) return kInfinity;
+        if (tally != nullptr && exact.hit.mip > 0) ++tally->coarse;
+        const WorldPoint place = rays_.pointAt(ray, exact.t), eye = rays_.camera().eye;
+        return (place.x - eye.x) * heading.x + (place.y - eye.y) * heading.y;
+    }
+
+    bool nearRim(double px, double py) const {
+        const Camera& camera = rays_.camera();
+        const int x = std::clamp(static_cast<int>(px), 0, camera.width - 1);
+        const int y = std::clamp(static_cast<int>(py), 0, camera.height - 1);
+        return rims_[static_cast<size_t>(y * camera.width + x)] != 0;
+    }
+
+    /// Marks the pixels within a tolerance of the image of a rim: of an edge between two valid
+    /// posts, one of which has a hole beside it.
+    void markRims() {
+        const TilingScheme& scheme = terrain_.info().scheme;
+        const auto valid = [&](int64_t i, int64_t j) {
+            return i >= 0 && j >= 0 && i < scheme.columns && j < scheme.rows && !std::isnan(at(i, j));
+        };
+        for (int64_t j = 0; j < scheme.rows; ++j) {
+            for (int64_t i = 0; i < scheme.columns; ++i) {
+                bool inside = valid(i, j), rim = false;
+                for (int64_t k = 0; k < 9 && inside; ++k) {
+                    const int64_t x = i + k % 3 - 1, y = j + k / 3 - 1;
+                    const bool off = x < 0 || y < 0 || x >= scheme.columns || y >= scheme.rows;
+                    rim = rim || (!off && !valid(x, y));
+                }
+                if (!rim) continue;
+                for (const auto& [dx, dy] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1},
+                                             {-1, 1}, {1, -1}, {-1, -1}}) {
+                    if (valid(i + dx, j + dy)) markEdge(i, j, i + dx, j + dy);
+                }
+            }
+        }
+    }
+
+    float at(int64_t i, int64_t j) const {
+        const TilingScheme& scheme = terrain_.info().scheme;
+        const int x = std::min(static_cast<int>(i / 512), scheme.tilesX(0) - 1);
+        const int y = std::min(static_cast<int>(j / 512), scheme.tilesY(0) - 1);
+        const TerrainCut& cut = finest_.cut();
+        return postHeight(cut, cut.tiles[terrain_.slotOf({0, x, y})],
+                          static_cast<int>(i - x * 512), static_cast<int>(j - y * 512));
+    }
+
+    void markEdge(int64_t i0, int64_t j0, int64_t i1, int64_t j1) {
+        const Affine2& map = rays_.worldFromLattice();
+        const auto ends = [&](int64_t i, int64_t j) {
+            const Vec2 ground = map.worldFromLattice({double(i), double(j)});
+            const WorldPoint& eye = rays_.camera().eye;
+            const double x = ground.x - eye.x, y = ground.y - eye.y;
+            const double drop = rays_.bend() * (x * x + y * y);
+            return WorldPoint{ground.x, ground.y,
+                              rays_.exaggeration() * (static_cast<double>(at(i, j)) - drop)};
+        };
+        const WorldPoint from = ends(i0, j0), to = ends(i1, j1);
+        const auto a = rays_.camera().project(from), b = rays_.camera().project(to);
+        if (!a || !b) return;
+        const double length = std::hypot(b->x - a->x, b->y - a->y);
+        const int steps = std::clamp(static_cast<int>(length) + 1, 1, 2000);
+        for (int s = 0; s <= steps; ++s) {
+            if (const auto p = rays_.camera().project(from + (double(s) / steps) * (to - from))) {
+                markDisc(p->x, p->y);
+            }
+        }
+    }
+
+    void markDisc(double px, double py) {
+        const Camera& camera = rays_.camera();
+        const double radius = tolerance_ + 1;
+        if (!(std::abs(px) < 1e6 && std::abs(py) < 1e6)) return;
+        const int x0 = std::max(0, static_cast<int>(std::floor(px - radius)));
+        const int y0 = std::max(0, static_cast<int>(std::floor(py - radius)));
+        for (int y = y0; y <= std::min(camera.height - 1.0, py + radius); ++y) {
+            for (int x = x0; x <= std::min(camera.width - 1.0, px + radius); ++x) {
+                rims_[static_cast<size_t>(y * camera.width + x)] = 1;
+            }
+        }
+    }
+
+    const ResidentTerrain& terrain_;
+    const RayFrame& rays_;
+    double tolerance_;
+    FrameCut finest_;
+    std::vector<uint8_t> rims_;
+};
+
+Camera turned(double heading, double pitch, double roll) {
+    Camera camera;
+    camera.forward = {std::sin(heading) * std::cos(pitch), std::cos(heading) * std::cos(pitch),
+                      std::sin(pitch)};
+    const Vec3 right{std::cos(heading), -std::sin(heading), 0};
+    const Vec3 up = glm::cross(right, camera.forward);
+    camera.right = std::cos(roll) * right - std::sin(roll) * up;
+    camera.up = std::cos(roll) * up + std::sin(roll) * right;
+    camera.heading = heading;
+    camera.pitch = pitch;
+    return camera;
+}
+
+Camera randomCamera(const ResidentTerrain& terrain, Projection projection, double exaggeration,
+                    std::mt19937& random) {
+    const auto pick = [&](double low, double high) {
+        return std::uniform_real_distribution<double>(low, high)(random);
+    };
+    const TerrainInfo& info = terrain.info();
+    const bool panorama = projection == Projection::Panorama;
+    Camera camera = turned(pick(-kPi, kPi), panorama ? pick(-0.2, 0.1) : pick(-1.4, 0.05),
+                           panorama ? 0 : pick(-0.5, 0.5));
+    const double i = pick(0, double(info.scheme.columns - 1));
+    const double j = pick(0, double(info.scheme.rows - 1));
+    const FrameCut finest = finestCut(terrain, false);
+    const SurfaceCell ground = surfaceCellAt(finest.cut(), i, j);
+    const double z = (ground.slot == kNoSlot ? static_cast<double>(info.maxZ)
+                                             : ground.height(false)) +
+                     std::exp(pick(0.7, 8.0));
+    const Vec2 place = info.worldFromLattice.worldFromLattice({i, j});
+    camera.projection = projection;
+    camera.width = panorama ? 640 : 320;
+    camera.height = 200;
+    camera.tanHalfFovY = pick(0.2, 0.7);
+    camera.eye = {place.x, place.y, exaggeration * z};
+    const double across = pick(0.2, 2) * 10 * double(info.scheme.columns);
+    camera.orthoSize = {across, across * 200 / 320};
+    if (projection == Projection::Ortho) {
+        camera.eye = camera.eye + (-1e5) * camera.forward;
+    }
+    return camera;
+}
+
+struct Setting {
+    double tolerancePx, exaggeration, bend;
+};
+
+Tally judgeTerrain(const HeightSource& source, Projection projection, const Setting& setting,
+                   uint32_t seed, double judgedTolerance) {
+    const auto terrain = test::built(source);
+    std::mt19937 random(seed);
+    Tally sum;
+    for (int view = 0; view < 5; ++view) {
+        const Camera camera = randomCamera(*terrain, projection, setting.exaggeration, random);
+        const RayFrame rays(camera, terrain->info().worldFromLattice, setting.exaggeration,
+                            setting.bend);
+        CutOptions options;
+        options.tolerancePx = setting.tolerancePx;
+        options.exaggeration = setting.exaggeration;
+        options.bend = rays.bend();
+        const FrameCut frame = selectCut(*terrain, camera, options);
+        const Tally tally = Judge(*terrain, rays, setting.tolerancePx)
+                                .judge(frame.cut(), 250, seed + 1, judgedTolerance);
+        sum.judged += tally.judged;
+        sum.leftOut += tally.leftOut;
+        sum.moved += tally.moved;
+        sum.violations += tally.violations;
+        sum.coarse += tally.coarse;
+    }
+    return sum;
+}
+
+std::unique_ptr<HeightSource> fractal(uint32_t seed) {
+    return makeFractal({.columns = 2300, .rows = 1900, .cell = 10, .seed = seed});
+}
+std::unique_ptr<HeightSource> town(uint32_t seed) {
+    return makeTown(
+        {.columns = 2100, .rows = 2100, .cell = 1, .seed = seed, .format = PostFormat::Int16});
+}
+
+constexpr Setting kSettings[] = {{1, 1, 0}, {4, 1, 7e-8}, {4, 2.5, 0}, {15, 1, 1e-6}};
+
+void expectSandwich(const std::unique_ptr<HeightSource> (&sources)[2], Projection projection) {
+    uint32_t seed = 100;
+    Tally sum;
+    for (const auto& source : sources) {
+        for (const Setting& setting : kSettings) {
+            const Tally tally =
+                judgeTerrain(*source, projection, setting, seed++, setting.tolerancePx);
+            EXPECT_EQ(tally.violations, 0)
+                << "tolerance " << setting.tolerancePx << " seed " << seed - 1;
+            sum.judged += tally.judged;
+            sum.leftOut += tally.leftOut;
+            sum.moved += tally.moved;
+            sum.coarse += tally.coarse;
+        }
+    }
+    testing::Test::RecordProperty("judged", sum.judged);
+    testing::Test::RecordProperty("left_out", sum.leftOut);
+    // The test is worth nothing unless many pixels show coarser tiles and are moved by them.
+    EXPECT_GT(sum.coarse, sum.judged / 20) << "of " << sum.judged;
+    EXPECT_GT(sum.moved, sum.judged / 40) << "of " << sum.judged;
+    EXPECT_LT(sum.leftOut, sum.judged) << "of " << sum.judged;
+}
+
+TEST(LodGuarantee, PerspectiveDistancesAreSandwiched) {
+    expectSandwich({fractal(1), town(2)}, Projection::Perspective);
+}
+
+TEST(LodGuarantee, PanoramaDistancesAreSandwiched) {
+    expectSandwich({fractal(3), town(4)}, Projection::Panorama);
+}
+
+TEST(LodGuarantee, OrthoDistancesAreSandwiched) {
+    expectSandwich({fractal(5), town(6)}, Projection::Ortho);
+}
+
+TEST(LodGuarantee, TheJudgeFindsErrorsBeyondTheTolerance) {
+    // The same cuts, judged against a thirtieth of their tolerance.
+    const Tally tally = judgeTerrain(*fractal(7), Projection::Perspective, {15, 1, 0}, 7, 0.5);
+    EXPECT_GT(tally.violations, tally.judged / 100);
+}
+
+}  // namespace
+}  // namespace terray

@@ -169,7 +169,9 @@ TEST_P(Resident, CoverageThatDiffersIsSaid) {
                 if (cellExists(posts, mip, i, j) != cellExists(posts, 0, i, j)) {
                     ASSERT_GE(block.coverageError, 14.1f * std::ldexp(1.0f, mip));
                 }
-                if (!GetParam().holes) ASSERT_EQ(block.coverageError, 0);
+                if (!GetParam().holes) {
+                    ASSERT_EQ(block.coverageError, 0);
+                }
             }
         }
     }
@@ -201,10 +203,10 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{1031, 769, PostFormat::Int16, true},
                     Case{1500, 523, PostFormat::Float32, true},
                     Case{2049, 600, PostFormat::Float32, false}),
-    [](const auto& info) {
-        return std::to_string(info.param.columns) + "x" + std::to_string(info.param.rows) +
-               (info.param.format == PostFormat::Int16 ? "Int16" : "Float") +
-               (info.param.holes ? "Holes" : "");
+    [](const auto& testCase) {
+        const Case& c = testCase.param;
+        return std::to_string(c.columns) + "x" + std::to_string(c.rows) +
+               (c.format == PostFormat::Int16 ? "Int16" : "Float") + (c.holes ? "Holes" : "");
     });
 
 TEST(ResidentTerrain, RangeAndHolesAreThoseOfTheSource) {

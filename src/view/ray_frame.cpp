@@ -17,6 +17,51 @@ RayFrame::RayFrame(const Camera& camera, const Affine2& worldFromLattice, double
       bend_(camera.projection == Projection::Ortho ? 0.0 : bendPerMetre2) {
     TERRAY_ASSERT(exaggeration > 0);
     TERRAY_ASSERT(worldFromLattice.det() != 0);
+    if (camera.projection != Projection::Panorama) makeLinear();
+}
+
+/// Lattice components of a world origin's and direction's change; no translation.
+RayFrame::Linear RayFrame::linear(const Vec3& origin, const Vec3& direction) const {
+    const LatticePoint o = worldFromLattice_.latticeDirection({origin.x, origin.y});
+    const LatticePoint d = worldFromLattice_.latticeDirection({direction.x, direction.y});
+    Linear result;
+    result.ray.x = o.i;
+    result.ray.y = o.j;
+    result.ray.z = origin.z / exaggeration_;
+    result.ray.dx = d.i;
+    result.ray.dy = d.j;
+    result.ray.dz = direction.z / exaggeration_;
+    result.east = direction.x;
+    result.north = direction.y;
+    return result;
+}
+
+void RayFrame::makeLinear() {
+    const bool ortho = camera_.projection == Projection::Ortho;
+    const Vec3 none{0, 0, 0};
+    const double perX = ortho ? camera_.orthoSize.x / camera_.width : 1.0 / camera_.focalPixels();
+    const double perY = ortho ? camera_.orthoSize.y / camera_.height : 1.0 / camera_.focalPixels();
+    const Vec3 stepX = perX * camera_.right, stepY = -perY * camera_.up;
+    const Vec3 corner = -0.5 * camera_.width * stepX - 0.5 * camera_.height * stepY;
+    const LatticePoint eye = worldFromLattice_.latticeFromWorld({camera_.eye.x, camera_.eye.y});
+    base_ = linear(ortho ? corner : none, ortho ? camera_.forward : camera_.forward + corner);
+    base_.ray.x += eye.i;
+    base_.ray.y += eye.j;
+    base_.ray.z += camera_.eye.z / exaggeration_;
+    base_.ray.tMin = 0;
+    alongX_ = linear(ortho ? stepX : none, ortho ? none : stepX);
+    alongY_ = linear(ortho ? stepY : none, ortho ? none : stepY);
+}
+
+RayFrame::PencilRay RayFrame::panoramaRay(double px, double py) const {
+    const WorldRay ray = camera_.rayThrough(px, py);
+    const double length = 1.0 / std::hypot(ray.direction.x, ray.direction.y);
+    PencilRay pencil{latticeRay(ray), length};
+    pencil.ray.dx *= length;
+    pencil.ray.dy *= length;
+    pencil.ray.dz *= length;
+    pencil.ray.bend *= length * length;
+    return pencil;
 }
 
 Ray RayFrame::latticeRay(const WorldRay& ray) const {

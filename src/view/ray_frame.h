@@ -3,6 +3,8 @@
 // curvature.
 #pragma once
 
+#include <cmath>
+
 #include "kernel/layout/layout.h"
 #include "math/affine.h"
 #include "view/camera.h"
@@ -17,8 +19,36 @@ public:
              double bendPerMetre2);
 
     /// Kernel ray through the picture position; t is metres in picture space.
-    Ray rayThrough(double px, double py) const { return latticeRay(camera_.rayThrough(px, py)); }
+    Ray rayThrough(double px, double py) const { return unitRay(pencilRay(px, py)); }
     Ray latticeRay(const WorldRay& ray) const;
+
+    /// A ray whose parameter w is the distance along the view axis (panorama: horizontal distance),
+    /// so that rays of neighbouring pixels at one w lie on a plane (cylinder) across the view: t =
+    /// length w.
+    struct PencilRay {
+        Ray ray;
+        double length = 1;
+    };
+    PencilRay pencilRay(double px, double py) const {
+        if (camera_.projection == Projection::Panorama) return panoramaRay(px, py);
+        Linear r = base_;
+        r.add(px, alongX_);
+        r.add(py, alongY_);
+        const double horizontal = r.east * r.east + r.north * r.north;
+        const double rise = r.ray.dz * exaggeration_;
+        r.ray.bend = bend_ * horizontal;
+        return {r.ray, std::sqrt(horizontal + rise * rise)};
+    }
+    /// The same ray by distance in metres.
+    static Ray unitRay(const PencilRay& pencil) {
+        Ray ray = pencil.ray;
+        const double s = 1.0 / pencil.length;
+        ray.dx *= s;
+        ray.dy *= s;
+        ray.dz *= s;
+        ray.bend *= s * s;
+        return ray;
+    }
     /// Place on a ray, in picture space.
     WorldPoint pointAt(const Ray& ray, double t) const;
 
@@ -28,9 +58,29 @@ public:
     double bend() const { return bend_; }
 
 private:
+    /// A ray and the world's horizontal part of its direction: linear in the picture position.
+    struct Linear {
+        Ray ray;
+        double east = 0, north = 0;
+        void add(double s, const Linear& step) {
+            ray.x += s * step.ray.x;
+            ray.y += s * step.ray.y;
+            ray.z += s * step.ray.z;
+            ray.dx += s * step.ray.dx;
+            ray.dy += s * step.ray.dy;
+            ray.dz += s * step.ray.dz;
+            east += s * step.east;
+            north += s * step.north;
+        }
+    };
+    Linear linear(const Vec3& origin, const Vec3& direction) const;
+    PencilRay panoramaRay(double px, double py) const;
+    void makeLinear();
+
     Camera camera_;
     Affine2 worldFromLattice_;
     double exaggeration_, bend_;
+    Linear base_, alongX_, alongY_;  ///< the ray at pixel (0, 0) and its change per pixel
 };
 
 /// Picture rectangle worked on at once.

@@ -36,6 +36,8 @@ struct alignas(64) RayBlock {
     int32_t x[kBlockRays], y[kBlockRays];  ///< mip-0 cell
     int32_t level[kBlockRays];             ///< block of 2^level mip-0 cells a side
     int32_t state[kBlockRays], result[kBlockRays], side[kBlockRays], steps[kBlockRays];
+    int32_t
+        entryLevel[kBlockRays];  ///< level at which the next tile is entered, kEnterAtTop once used
     // the tile it stands in
     int32_t slot[kBlockRays], mip[kBlockRays];
     int32_t boundsOffset[kBlockRays],
@@ -44,6 +46,8 @@ struct alignas(64) RayBlock {
     float postsZ[kBlockRays], postsStep[kBlockRays];
     float tileDelta[kBlockRays];
 };
+
+constexpr int32_t kEnterAtTop = 63;
 
 /// Lattice error near the origin, in cells: rounding of the fraction and of the cell's own edges.
 constexpr float kShift0 = 2.4e-7f;

@@ -105,7 +105,7 @@ HWY_INLINE void placeAt(const TerrainCut& cut, const RayLanes& r, RayBlock& b, s
     storeInt(hn::IfThenElseZero(some, setD(kLaneDirectory)), b.state + p);
 }
 
-void placeRayLanes(const TerrainCut& cut, RayLanes& r, RayBlock& b, int count) {
+void placeRayLanes(const TerrainCut& cut, RayLanes& r, RayBlock& b, int count, int startLevel) {
     constexpr size_t kLanes = HWY_LANES(double) < 8 ? HWY_LANES(double) : 8;
     for (size_t p = 0; p < static_cast<size_t>(count); p += kLanes) {
         ClipD c{loadD(r.begin + p), loadD(r.end + p)};
@@ -115,14 +115,17 @@ void placeRayLanes(const TerrainCut& cut, RayLanes& r, RayBlock& b, int count) {
                 static_cast<double>(cut.maxZ));
         hn::Store(c.begin, DD(), r.begin + p);
         hn::Store(c.end, DD(), r.end + p);
+        c.begin = hn::Max(c.begin, loadD(r.clear + p));
         placeAt(cut, r, b, p, c);
     }
-    const int32_t level = std::max(cut.rootLevel - 1, 0) + kTileLevels;
+    const int32_t top = std::max(cut.rootLevel - 1, 0) + kTileLevels;
+    const int32_t level = std::min(top, std::max(startLevel, kTileLevels));
     for (int k = 0; k < count; ++k) {
         b.t[k] = 0.0f;
         b.level[k] = level;
         b.steps[k] = b.side[k] = b.slot[k] = b.mip[k] = 0;
         b.result[k] = kResultMiss;
+        b.entryLevel[k] = startLevel;
         b.boundsOffset[k] = b.postsOffset[k] = 0;
         b.boundsZ[k] = b.boundsStep[k] = b.postsZ[k] = b.postsStep[k] = b.tileDelta[k] = 0.0f;
     }

@@ -14,8 +14,8 @@ namespace terray::simd {
 HWY_EXPORT(placeRayLanes);
 HWY_EXPORT(finishHitLanes);
 
-void placeRays(const TerrainCut& cut, RayLanes& rays, RayBlock& block, int count) {
-    HWY_DYNAMIC_DISPATCH(placeRayLanes)(cut, rays, block, count);
+void placeRays(const TerrainCut& cut, RayLanes& rays, RayBlock& block, int count, int level) {
+    HWY_DYNAMIC_DISPATCH(placeRayLanes)(cut, rays, block, count, level);
 }
 void finishHits(const RayLanes& rays, HitLanes& hits, int count) {
     HWY_DYNAMIC_DISPATCH(finishHitLanes)(rays, hits, count);

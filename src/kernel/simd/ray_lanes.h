@@ -15,6 +15,7 @@ struct alignas(64) RayLanes {
     double dx[kBlockRays], dy[kBlockRays], dz[kBlockRays], bend[kBlockRays];
     double begin[kBlockRays],
         end[kBlockRays];  ///< in: tMin, tMax; out: clipped; begin > end: nothing
+    double clear[kBlockRays];  ///< the ray is known to be above the surface until here
 };
 
 /// The cells in which lanes have certain hits, and what double precision makes of them.
@@ -30,7 +31,8 @@ struct alignas(64) HitLanes {
 /// Clips the rays to the true rectangle and to below the highest thing drawn, and places the float
 /// rays of the block at their begin: in the directory, one below the root. Lanes without an
 /// interval are done.
-void placeRays(const TerrainCut& cut, RayLanes& rays, RayBlock& block, int count);
+/// `level`: block size at which to begin, kEnterAtTop without a head start.
+void placeRays(const TerrainCut& cut, RayLanes& rays, RayBlock& block, int count, int level);
 
 /// First root of each lane's bilinear cell.
 void finishHits(const RayLanes& rays, HitLanes& hits, int count);

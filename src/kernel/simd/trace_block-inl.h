@@ -406,7 +406,10 @@ HWY_INLINE void enterTiles(const TerrainCut& cut, const Pools& pools, Packet& k,
     storeF(lanes, fieldF(offsetof(TileDesc, boundsZ0)) - anchor, b.boundsZ + k.p);
     storeF(lanes, fieldF(offsetof(TileDesc, boundsStep)), b.boundsStep + k.p);
     storeF(lanes, fieldF(offsetof(TileDesc, maxDelta)), b.tileDelta + k.p);
-    storeI(lanes, mip + setI(kTileLevels - 1), b.level + k.p);
+    // One below the whole tile, or as deep as a head start has shown to be of use.
+    const VI wanted = hn::Min(loadI(b.entryLevel + k.p), mip + setI(kTileLevels - 1));
+    storeI(lanes, hn::Max(wanted, mip + setI(1)), b.level + k.p);
+    storeI(lanes, setI(kEnterAtTop), b.entryLevel + k.p);
     storeI(lanes, setI(kLaneTile), b.state + k.p);
 }
 

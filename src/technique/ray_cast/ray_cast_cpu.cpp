@@ -3,12 +3,15 @@
 // packets.
 #include <algorithm>
 #include <array>
+#include <cmath>
 
+#include "kernel/beam.h"
 #include "technique/ray_cast/ray_cast.h"
 
 namespace terray {
 namespace {
 
+constexpr int kBeamSide = 16;
 constexpr int kBlockSide = 8;
 constexpr int kPacketSide = 4;
 
@@ -25,32 +28,63 @@ constexpr std::array<std::array<uint8_t, 2>, kBlockSide * kBlockSide> packetOrde
     return order;
 }
 
+/// The bundle of all rays of a pixel square, and how its parameter scales.
+Beam beamOf(const RayFrame& rays, double x, double y, double side) {
+    Beam beam;
+    const std::array<std::array<double, 2>, 4> corners{
+        {{0, 0}, {side, 0}, {0, side}, {side, side}}};
+    for (size_t k = 0; k < corners.size(); ++k)
+        beam.corners[k] = rays.pencilRay(x + corners[k][0], y + corners[k][1]).ray;
+    if (rays.camera().projection == Projection::Panorama) {  // the front is an arc
+        const double halfAngle = 0.5 * side / rays.camera().focalPixels();
+        const Ray& r = beam.corners[0];
+        beam.bulge = 1.1 * (1.0 - std::cos(halfAngle)) * std::hypot(r.dx, r.dy);
+    }
+    return beam;
+}
+
 class RayCast final : public Technique {
 public:
     void castTile(const TerrainCut& cut, const RayFrame& rays, const ImageTile& tile, Vec2 offset,
                   std::span<Hit> hits, TraceCounters& counters) const override {
-        for (int y = 0; y < tile.height; y += kBlockSide)
-            for (int x = 0; x < tile.width; x += kBlockSide)
-                castBlock(cut, rays, tile, x, y, offset, hits, counters);
+        for (int y = 0; y < tile.height; y += kBeamSide) {
+            for (int x = 0; x < tile.width; x += kBeamSide) {
+                const BeamStart start =
+                    beamStart(cut, beamOf(rays, tile.x + x, tile.y + y, kBeamSide));
+                for (int k = 0; k < 4; ++k)
+                    castBlock(cut, rays, tile, {x + (k % 2) * kBlockSide, y + (k / 2) * kBlockSide},
+                              start, offset, hits, counters);
+            }
+        }
     }
 
 private:
+    struct Corner {
+        int x, y;
+    };
+
     static void castBlock(const TerrainCut& cut, const RayFrame& rays, const ImageTile& tile,
-                          int x0, int y0, Vec2 offset, std::span<Hit> hits,
+                          Corner corner, const BeamStart& start, Vec2 offset, std::span<Hit> hits,
                           TraceCounters& counters) {
         static constexpr auto kOrder = packetOrder();
-        std::array<Ray, kBlockSide * kBlockSide> block;
-        std::array<size_t, kBlockSide * kBlockSide> target;
-        std::array<Hit, kBlockSide * kBlockSide> found;
+        constexpr size_t kRays = kBlockSide * kBlockSide;
+        std::array<Ray, kRays> block;
+        std::array<double, kRays> clear;
+        std::array<size_t, kRays> target;
+        std::array<Hit, kRays> found;
         size_t count = 0;
         for (const auto& [dx, dy] : kOrder) {
-            const int x = x0 + dx, y = y0 + dy;
+            const int x = corner.x + dx, y = corner.y + dy;
             if (x >= tile.width || y >= tile.height) continue;
-            block[count] = rays.rayThrough(tile.x + x + offset.x, tile.y + y + offset.y);
+            const auto pencil = rays.pencilRay(tile.x + x + offset.x, tile.y + y + offset.y);
+            block[count] = RayFrame::unitRay(pencil);
+            clear[count] = start.w * pencil.length;
             target[count++] =
                 static_cast<size_t>(y) * static_cast<size_t>(tile.width) + static_cast<size_t>(x);
         }
-        firstHits(cut, std::span(block).first(count), std::span(found).first(count), counters);
+        const HeadStart head{std::span(clear).first(count), start.level};
+        firstHits(cut, std::span(block).first(count), head, std::span(found).first(count),
+                  counters);
         for (size_t k = 0; k < count; ++k) hits[target[k]] = found[k];
     }
 };
