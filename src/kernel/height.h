@@ -18,7 +18,10 @@ inline float postHeight(const TerrainCut& cut, const TileDesc& tile, int i, int 
     if (cut.format == 1) return static_cast<const float*>(cut.posts)[index];
     const uint16_t code = static_cast<const uint16_t*>(cut.posts)[index];
     if (code == 0xFFFF) return std::numeric_limits<float>::quiet_NaN();
-    return std::fma(tile.zStep, static_cast<float>(code), tile.z0);
+    // The product is exact in double, so that this rounds once, as a float fma does, but on any
+    // machine.
+    return static_cast<float>(static_cast<double>(tile.zStep) * code +
+                              static_cast<double>(tile.z0));
 }
 
 /// Slot of the resident tile of a mip that holds the lattice cell (column, row of mip 0); kNoSlot

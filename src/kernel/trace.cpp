@@ -198,18 +198,18 @@ FirstCell leaveHitCell(const TerrainCut& cut, const Hit& hit, const Ray& ray, Ra
     const int64_t size = int64_t{1} << mip;
     const double px = ray.x, py = ray.y;
     const int64_t ax =
-        std::clamp(static_cast<int64_t>(std::floor(px)), x * size, (x + 1) * size - 1);
+        std::clamp(static_cast<int64_t>(px), x * size, (x + 1) * size - 1);
     const int64_t ay =
-        std::clamp(static_cast<int64_t>(std::floor(py)), y * size, (y + 1) * size - 1);
+        std::clamp(static_cast<int64_t>(py), y * size, (y + 1) * size - 1);
     placeRay(cut, ray, clip, ax, ay, b, k);
     int64_t nx, ny;
     if (tx <= ty) {
         nx = ray.dx > 0.0 ? (x + 1) * size : x * size - 1;
-        ny = std::clamp(static_cast<int64_t>(std::floor(py + ray.dy * exit)), y * size,
+        ny = std::clamp(static_cast<int64_t>(py + ray.dy * exit), y * size,
                         (y + 1) * size - 1);
     } else {
         ny = ray.dy > 0.0 ? (y + 1) * size : y * size - 1;
-        nx = std::clamp(static_cast<int64_t>(std::floor(px + ray.dx * exit)), x * size,
+        nx = std::clamp(static_cast<int64_t>(px + ray.dx * exit), x * size,
                         (x + 1) * size - 1);
     }
     if (nx < 0 || ny < 0 || nx >= cut.cellsX || ny >= cut.cellsY) {

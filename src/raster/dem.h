@@ -15,15 +15,17 @@ namespace terray {
 /// An opened DEM: a source of posts in the working CRS, and the facts about the file.
 struct Dem {
     std::unique_ptr<HeightSource> source;
-    SourceInfo facts;        ///< hasRange, holes: only after scanDem()
+    SourceInfo facts;        ///< hasRange, holes: certain only after scanDem()
     std::string dataCrsWkt;  ///< of the file or --assign-crs; empty if none
 };
 
-/// Opens a DEM; never reads more than the header (and auxiliary files). Errors: Input, Usage.
+/// Opens a DEM: reads the header (and auxiliary files) and, for integer samples that are not warped
+/// and could fit into the memory budget, the samples once to know their range (then facts have it).
+/// Errors: Input, Usage, Interrupted.
 Result<Dem> openDem(const std::string& path, const OpenOptions& options);
 
 /// Reads every sample of the file (not of the warped lattice) and fills the range and the number of
-/// holes.
+/// holes, unless openDem() already did.
 Result<void> scanDem(const std::string& path, const OpenOptions& options, SourceInfo& facts);
 
 /// GDAL set-up for the whole process: drivers registered once, errors caught, cache bounded.

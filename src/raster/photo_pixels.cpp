@@ -69,24 +69,37 @@ float percentile(std::vector<float>& values, double percent) {
 
 uint8_t toByte(float value) { return static_cast<uint8_t>(std::clamp(value, 0.0f, 255.0f) + 0.5f); }
 
-/// Windows of a few rows each, for reads with little memory on the side. Reduced windows are read
-/// at once, because a reduction must not depend on where strips begin.
+/// A few rows of the result at a time, for reads with little memory on the side.
 template <class Read>
 Result<void> forEachStrip(const PhotoWindow& window, size_t bytesPerPixel, const Read& read) {
     const size_t rowBytes = static_cast<size_t>(window.outWidth) * bytesPerPixel;
-    const int rows =
-        window.isReduced()
-            ? window.outHeight
-            : static_cast<int>(std::clamp<size_t>(kStripBytes / rowBytes, 1, 1u << 20));
+    const int rows = static_cast<int>(std::clamp<size_t>(kStripBytes / rowBytes, 1, 1u << 20));
+    const double step = static_cast<double>(window.height) / window.outHeight;
     for (int top = 0; top < window.outHeight; top += rows) {
-        PhotoWindow strip = window;
-        if (!window.isReduced()) {
-            strip.y += top;
-            strip.height = strip.outHeight = std::min(rows, window.outHeight - top);
-        }
+        PhotoStrip strip{window};
+        strip.outHeight = std::min(rows, window.outHeight - top);
+        strip.exactY = window.y + step * top;
+        strip.exactHeight = step * strip.outHeight;
+        const int bottom = static_cast<int>(std::ceil(strip.exactY + strip.exactHeight - 1e-6));
+        strip.y = static_cast<int>(std::floor(strip.exactY + 1e-6));
+        strip.height = std::min(bottom, window.y + window.height) - strip.y;
         TERRAY_TRY(read(strip, top));
     }
     return {};
+}
+
+/// Averages a reduced strip over exactly its part of the raster; palettes take the nearest entry.
+GDALRasterIOExtraArg extraFor(const PhotoStrip& strip, bool isPalette) {
+    GDALRasterIOExtraArg extra;
+    INIT_RASTERIO_EXTRA_ARG(extra);
+    if (!strip.isReduced()) return extra;
+    extra.eResampleAlg = isPalette ? GRIORA_NearestNeighbour : GRIORA_Average;
+    extra.bFloatingPointWindowValidity = TRUE;
+    extra.dfXOff = strip.x;
+    extra.dfXSize = strip.width;
+    extra.dfYOff = strip.exactY;
+    extra.dfYSize = strip.exactHeight;
+    return extra;
 }
 
 }  // namespace
@@ -160,18 +173,14 @@ Error PhotoPixels::unreadable() const {
     return makeError(ErrorCode::Input, "the photo '{}' cannot be read: {}", name_, gdalMessage());
 }
 
-Result<void> PhotoPixels::readBand(GDALRasterBand& band, const PhotoWindow& window,
-                                   GDALDataType type, void* buffer, GSpacing pixelStep,
-                                   GSpacing lineStep) {
-    GDALRasterIOExtraArg extra;
-    INIT_RASTERIO_EXTRA_ARG(extra);
-    extra.eResampleAlg =
-        window.isReduced() && !isPalette_ ? GRIORA_Average : GRIORA_NearestNeighbour;
+Result<void> PhotoPixels::readBand(GDALRasterBand& band, const PhotoStrip& strip, GDALDataType type,
+                                   void* buffer) {
+    GDALRasterIOExtraArg extra = extraFor(strip, isPalette_);
     clearGdalMessage();
-    const CPLErr error =
-        band.RasterIO(GF_Read, window.x, window.y, window.width, window.height, buffer,
-                      window.outWidth, window.outHeight, type, pixelStep, lineStep, &extra);
-    if (error != CE_None) return unreadable();
+    if (band.RasterIO(GF_Read, strip.x, strip.y, strip.width, strip.height, buffer, strip.outWidth,
+                      strip.outHeight, type, 0, 0, &extra) != CE_None) {
+        return unreadable();
+    }
     return {};
 }
 
@@ -211,13 +220,11 @@ Result<void> PhotoPixels::settleStretch(const PhotoWindow& window) {
 
 Result<void> PhotoPixels::readBytes(const PhotoWindow& window, uint8_t* rgba) {
     const GSpacing lineStep = static_cast<GSpacing>(window.outWidth) * 4;
-    GDALRasterIOExtraArg extra;
-    INIT_RASTERIO_EXTRA_ARG(extra);
-    extra.eResampleAlg = window.isReduced() ? GRIORA_Average : GRIORA_NearestNeighbour;
     std::array<int, 3> map{bands_.front(), bands_[bands_.size() / 2], bands_.back()};
     const Result<void> colours =
-        forEachStrip(window, 4, [&](const PhotoWindow& strip, int top) -> Result<void> {
+        forEachStrip(window, 4, [&](const PhotoStrip& strip, int top) -> Result<void> {
             uint8_t* const out = rgba + top * lineStep;
+            GDALRasterIOExtraArg extra = extraFor(strip, false);
             clearGdalMessage();
             if (dataset_->RasterIO(GF_Read, strip.x, strip.y, strip.width, strip.height, out,
                                    strip.outWidth, strip.outHeight, GDT_Byte, 3, map.data(), 4,
@@ -230,8 +237,9 @@ Result<void> PhotoPixels::readBytes(const PhotoWindow& window, uint8_t* rgba) {
             if (alpha_ != Alpha::Nodata) return {};
             for (size_t k = 0; k < count; ++k) {
                 bool hole = true;
-                for (size_t c = 0; c < bands_.size(); ++c)
+                for (size_t c = 0; c < bands_.size(); ++c) {
                     hole = hole && isNodata(c, out[4 * k + c]);
+                }
                 if (hole) std::fill_n(out + 4 * k, 4, uint8_t{0});
             }
             return {};
@@ -244,13 +252,13 @@ Result<void> PhotoPixels::readWide(const PhotoWindow& window, uint8_t* rgba) {
     const size_t bandCount = bands_.size();
     std::vector<float> values;
     const Result<void> colours = forEachStrip(
-        window, bandCount * sizeof(float), [&](const PhotoWindow& strip, int top) -> Result<void> {
+        window, bandCount * sizeof(float), [&](const PhotoStrip& strip, int top) -> Result<void> {
             const size_t count =
                 static_cast<size_t>(strip.outWidth) * static_cast<size_t>(strip.outHeight);
             values.resize(count * bandCount);
             for (size_t c = 0; c < bandCount; ++c) {
                 TERRAY_TRY(readBand(*dataset_->GetRasterBand(bands_[c]), strip, GDT_Float32,
-                                    values.data() + c * count, 0, 0));
+                                    values.data() + c * count));
             }
             uint8_t* out =
                 rgba + static_cast<size_t>(top) * static_cast<size_t>(strip.outWidth) * 4;
@@ -277,11 +285,11 @@ Result<void> PhotoPixels::readPalette(const PhotoWindow& window, uint8_t* rgba) 
     const GDALColorTable& table = *band->GetColorTable();
     std::vector<uint16_t> indices;
     const Result<void> colours = forEachStrip(
-        window, sizeof(uint16_t), [&](const PhotoWindow& strip, int top) -> Result<void> {
+        window, sizeof(uint16_t), [&](const PhotoStrip& strip, int top) -> Result<void> {
             const size_t count =
                 static_cast<size_t>(strip.outWidth) * static_cast<size_t>(strip.outHeight);
             indices.resize(count);
-            TERRAY_TRY(readBand(*band, strip, GDT_UInt16, indices.data(), 0, 0));
+            TERRAY_TRY(readBand(*band, strip, GDT_UInt16, indices.data()));
             uint8_t* out =
                 rgba + static_cast<size_t>(top) * static_cast<size_t>(strip.outWidth) * 4;
             for (size_t k = 0; k < count; ++k, out += 4) {
@@ -309,11 +317,11 @@ Result<void> PhotoPixels::applyAlpha(const PhotoWindow& window, uint8_t* rgba) {
     const double scale = alphaScale(band->GetRasterDataType());
     std::vector<float> values;
     return forEachStrip(
-        window, sizeof(float), [&](const PhotoWindow& strip, int top) -> Result<void> {
+        window, sizeof(float), [&](const PhotoStrip& strip, int top) -> Result<void> {
             const size_t count =
                 static_cast<size_t>(strip.outWidth) * static_cast<size_t>(strip.outHeight);
             values.resize(count);
-            TERRAY_TRY(readBand(*band, strip, GDT_Float32, values.data(), 0, 0));
+            TERRAY_TRY(readBand(*band, strip, GDT_Float32, values.data()));
             uint8_t* out =
                 rgba + static_cast<size_t>(top) * static_cast<size_t>(strip.outWidth) * 4;
             for (size_t k = 0; k < count; ++k, out += 4) {

@@ -21,6 +21,11 @@ struct PhotoWindow {
     bool isReduced() const { return outWidth != width || outHeight != height; }
 };
 
+/// Some rows of a window's result: the exact part of the raster that they stand for, in pixels.
+struct PhotoStrip : PhotoWindow {
+    double exactY = 0, exactHeight = 0;
+};
+
 /// Reads windows of a dataset as straight-alpha RGBA. confined, like the dataset.
 class PhotoPixels {
 public:
@@ -48,8 +53,8 @@ private:
     Result<void> readBytes(const PhotoWindow& window, uint8_t* rgba);
     Result<void> readWide(const PhotoWindow& window, uint8_t* rgba);
     Result<void> readPalette(const PhotoWindow& window, uint8_t* rgba);
-    Result<void> readBand(GDALRasterBand& band, const PhotoWindow& window, GDALDataType type,
-                          void* buffer, GSpacing pixelStep, GSpacing lineStep);
+    Result<void> readBand(GDALRasterBand& band, const PhotoStrip& strip, GDALDataType type,
+                          void* buffer);
     Result<void> applyAlpha(const PhotoWindow& window, uint8_t* rgba);
     bool isNodata(size_t colour, float value) const;
     Error unreadable() const;

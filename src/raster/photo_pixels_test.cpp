@@ -178,6 +178,41 @@ TEST(PhotoPixels, OneValueEverywhereIsNoError) {
     EXPECT_EQ(picture.at(2, 2)[3], 255);
 }
 
+// large enough for several strips: no seam, no drift
+TEST(PhotoPixels, ReducedReadsAverageTheirPartOfTheRaster) {
+    const auto value = [](int band, int i, int j) { return band * 100.0 + 2 * i + 3 * j; };
+    for (const GDALDataType type : {GDT_Byte, GDT_UInt16}) {
+        const bool isByte = type == GDT_Byte;
+        const std::string path = writeRaster(
+            "reduced.tif",
+            {.width = 2900,
+             .height = 3100,
+             .bands = 1,
+             .type = type,
+             .value = [&](int, int i, int j) { return isByte ? (i + j) / 25.0 : value(1, i, j); }});
+        const DatasetHandle dataset(GDALDataset::Open(path.c_str()));
+        OpenOptions options;
+        if (!isByte) options.photoStretch = {{0, 100}};
+        auto pixels = PhotoPixels::make(*dataset, path, options);
+        ASSERT_TRUE(pixels);
+        const PhotoWindow window{100, 50, 2700, 3000, 2500, 2777};
+        std::vector<uint8_t> rgba(static_cast<size_t>(window.outWidth * window.outHeight) * 4);
+        ASSERT_TRUE(pixels->read(window, rgba.data()));
+        const double lowest = value(1, 100, 50), highest = value(1, 2799, 3049);
+        for (int j = 0; j < window.outHeight; j += 3) {
+            for (int i = 0; i < window.outWidth; i += 7) {
+                const double x = 100 + (i + 0.5) * 2700 / 2500 - 0.5;
+                const double y = 50 + (j + 0.5) * 3000 / 2777 - 0.5;
+                const double wanted =
+                    isByte ? (x + y) / 25
+                           : 255 * (100 + 2 * x + 3 * y - lowest) / (highest - lowest);
+                ASSERT_NEAR(rgba[static_cast<size_t>(j * window.outWidth + i) * 4], wanted, 1.2)
+                    << i << " " << j;
+            }
+        }
+    }
+}
+
 TEST(PhotoPixels, BadOptionsAreUsageErrors) {
     const std::string path = writeRaster(
         "options.tif", {.width = 4, .height = 4, .value = [](int, int, int) { return 1; }});

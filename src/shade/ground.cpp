@@ -17,12 +17,13 @@ CellPosts cellPosts(const TerrainCut& cut, const Hit& hit) {
 }
 
 GroundSampler::GroundSampler(const TerrainCut& cut, const TerrainInfo& info, const RayFrame& rays,
-                             float footprintShare)
+                             float footprintShare, bool withFeet)
     : cut_(cut),
       camera_(rays.camera()),
       filtered_(cut, info.scheme),
       footprintShare_(footprintShare),
       exaggeration_(static_cast<float>(rays.exaggeration())),
+      withFeet_(withFeet),
       right_(camera_.right),
       up_(camera_.up),
       forward_(camera_.forward) {
@@ -30,7 +31,7 @@ GroundSampler::GroundSampler(const TerrainCut& cut, const TerrainInfo& info, con
     const Vec2 perJ = info.worldFromLattice.worldGradient(0, 1);
     gradientXi_ = static_cast<float>(perI.x), gradientYi_ = static_cast<float>(perI.y);
     gradientXj_ = static_cast<float>(perJ.x), gradientYj_ = static_cast<float>(perJ.y);
-    cellArea_ = static_cast<float>(std::abs(info.worldFromLattice.det()));
+    perCellArea_ = static_cast<float>(1.0 / std::abs(info.worldFromLattice.det()));
     if (camera_.projection == Projection::Ortho) {
         perPixelX_ = static_cast<float>(camera_.orthoSize.x / camera_.width);
         perPixelY_ = static_cast<float>(camera_.orthoSize.y / camera_.height);
@@ -43,19 +44,20 @@ GroundSampler::PixelRay GroundSampler::pixelRay(double px, double py, float t) c
     const auto fromCentreX = static_cast<float>(px - 0.5 * camera_.width) * perPixelX_;
     const auto fromCentreY = static_cast<float>(0.5 * camera_.height - py) * perPixelY_;
     switch (camera_.projection) {
-        case Projection::Ortho: return {forward_, right_ * perPixelX_, up_ * -perPixelY_};
+        case Projection::Ortho:
+            return {forward_, right_ * perPixelX_, up_ * -perPixelY_, perPixelX_ * perPixelY_};
         case Projection::Panorama: {
             const float azimuth = static_cast<float>(camera_.heading) + fromCentreX;
             const float s = std::sin(azimuth), c = std::cos(azimuth);
             const glm::vec3 ray{s, c, static_cast<float>(std::tan(camera_.pitch)) + fromCentreY};
             const float perUnit = 1.0f / glm::length(ray), step = t * perPixelX_ * perUnit;
-            return {ray * perUnit, glm::vec3{c, -s, 0} * step, glm::vec3{0, 0, -step}};
+            return {ray * perUnit, glm::vec3{c, -s, 0} * step, glm::vec3{0, 0, -step}, step * step};
         }
         case Projection::Perspective: break;
     }
     const glm::vec3 ray = forward_ + right_ * fromCentreX + up_ * fromCentreY;
     const float perUnit = 1.0f / glm::length(ray), step = t * perPixelX_ * perUnit;
-    return {ray * perUnit, right_ * step, up_ * -step};
+    return {ray * perUnit, right_ * step, up_ * -step, step * step};
 }
 
 glm::vec3 GroundSampler::viewAt(double px, double py) const {
@@ -86,14 +88,17 @@ Ground GroundSampler::at(const Hit& hit, double px, double py) const {
     // How wide to filter: the ground that a sample covers, seen against the drawn cell's own plane,
     // not wider than a few pixels where the look is grazing.
     glm::vec2 lattice = posts.gradientAt(hit.u, hit.v) / static_cast<float>(size);
-    const glm::vec3 facet = pictureNormal(worldGradient(lattice));
-    const float facing = std::max(std::abs(glm::dot(facet, ray.direction)), 0.15f);
-    const float covered = glm::length(ray.right) * glm::length(ray.down) * facet.z / facing;
-    ground.footprint = footprintShare_ * std::sqrt(covered / cellArea_);
+    const glm::vec2 plane = exaggeration_ * worldGradient(lattice);
+    const float down = std::abs(ray.direction.z - plane.x * ray.direction.x -
+                                plane.y * ray.direction.y);
+    const float least = 0.15f * (1.0f + std::max(std::abs(plane.x), std::abs(plane.y)));
+    const float covered = ray.area / std::max(down, least);
+    ground.footprint = footprintShare_ * std::sqrt(covered * perCellArea_);
     filtered_.at(ground.i, ground.j, ground.footprint, lattice);
 
     ground.gradient = worldGradient(lattice);
     ground.normal = pictureNormal(ground.gradient);
+    if (!withFeet_) return ground;
     ground.footX = onGround(ray, ground.normal, ray.right);
     ground.footY = onGround(ray, ground.normal, ray.down);
     return ground;

@@ -14,7 +14,8 @@ struct Ground {
     double i = 0, j = 0;          ///< lattice place
     glm::vec3 normal{0, 0, 1};    ///< picture space, filtered to the footprint, upwards
     glm::vec2 gradient{0, 0};     ///< true heights over world metres
-    glm::vec2 footX{0}, footY{0};  ///< ground covered a pixel to the right and down, world metres
+    /// Ground covered a pixel to the right and down, world metres; only if the sampler was asked.
+    glm::vec2 footX{0}, footY{0};
     float height = 0;             ///< true metres, of the drawn surface
     float distance = 0;           ///< metres in picture space
     float footprint = 0;          ///< width that a sample covers, mip-0 cells
@@ -39,9 +40,10 @@ CellPosts cellPosts(const TerrainCut& cut, const Hit& hit);
 /// const-shared.
 class GroundSampler {
 public:
-    /// `footprintShare`: part of a pixel's width that one sample stands for.
+    /// `footprintShare`: part of a pixel's width that one sample stands for. `withFeet`: fills
+    /// Ground::footX and footY.
     GroundSampler(const TerrainCut& cut, const TerrainInfo& info, const RayFrame& rays,
-                  float footprintShare);
+                  float footprintShare, bool withFeet);
 
     /// Ground at a valid hit of the ray through a picture position.
     Ground at(const Hit& hit, double px, double py) const;
@@ -61,6 +63,7 @@ private:
     /// Direction of a ray and how its end moves with the pixel, before it meets the ground.
     struct PixelRay {
         glm::vec3 direction, right, down;
+        float area;  ///< of the pixel, across the ray
     };
     PixelRay pixelRay(double px, double py, float t) const;
     static glm::vec2 onGround(const PixelRay& ray, const glm::vec3& normal, const glm::vec3& move);
@@ -69,8 +72,9 @@ private:
     const Camera& camera_;
     FilteredGradient filtered_;
     float footprintShare_, exaggeration_;
+    bool withFeet_;
     float gradientXi_, gradientXj_, gradientYi_, gradientYj_;  ///< world from lattice gradients
-    float cellArea_;                                           ///< square metres of a mip-0 cell
+    float perCellArea_;  ///< 1 over the square metres of a mip-0 cell
     glm::vec3 right_, up_, forward_;
     float perPixelX_ = 0, perPixelY_ = 0;  ///< tangent (ortho: metres) a pixel
 };

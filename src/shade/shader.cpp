@@ -24,6 +24,12 @@ bool needsRamp(Shading shading) {
     return shading == Shading::Photo || shading == Shading::Ramp || shading == Shading::Grid;
 }
 
+/// Photos and lines need the shape of what a pixel covers; light only its size.
+bool needsFeet(const ShadeSettings& settings) {
+    return settings.shading == Shading::Photo || settings.shading == Shading::Grid ||
+           settings.options.contoursM > 0;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<Shader>> Shader::make(const ResidentTerrain& terrain, const TerrainCut& cut,
@@ -48,7 +54,8 @@ DeferredShader::DeferredShader(const ResidentTerrain& terrain, const TerrainCut&
       rays_(rays),
       settings_(settings),
       background_(background),
-      ground_(cut, terrain.info(), rays, sampleShare(settings.options.samples)),
+      ground_(cut, terrain.info(), rays, sampleShare(settings.options.samples),
+              needsFeet(settings)),
       sunRays_(settings.sun, rays),
       reach_(computeReach(rays.camera(), terrain.info(), rays.exaggeration())),
       light_(makeLight(settings.sun)),

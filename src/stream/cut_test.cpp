@@ -209,7 +209,7 @@ TEST(SelectCut, RimsOfHolesKeepTheirPlace) {
     const FrameCut frame = selectCut(*terrain, lookingNorth(*terrain, 300, 400, 30), options);
     EXPECT_EQ(mipAt(frame.cut(), 300, 380), 0);
     EXPECT_GT(mipAt(frame.cut(), 3800, 1500), 0);
-    EXPECT_EQ(frame.cut().maxError, 0);
+    EXPECT_LT(frame.cut().maxError, 1e-5f);  // rounding alone
 }
 
 }  // namespace

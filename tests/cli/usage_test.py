@@ -101,7 +101,7 @@ class Usage(CliTest):
 
     def test_camera_files(self):
         dem = self.ascii_grid()
-        self.write("c.json", json.dumps({"eye": [300, -100, "+200"], "look_at": [300, 200],
+        self.write("c.json", json.dumps({"eye": [300, 10, "+200"], "look_at": [300, 200],
                                          "fov": 30, "size": [40, 30]}))
         self.good("render", dem, "--camera", "c.json", "-o", "a.png")
         self.assertEqual(self.describe("a.png")["size"], [40, 30])

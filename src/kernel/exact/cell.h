@@ -3,6 +3,7 @@
 // root.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -39,7 +40,7 @@ struct CellRay {
     double x, y, dx, dy;
 };
 inline CellRay cellRay(const Ray& ray, int mip) {
-    const double s = std::ldexp(1.0, -mip);
+    const double s = 1.0 / static_cast<double>(1u << mip);
     return {ray.x * s, ray.y * s, ray.dx * s, ray.dy * s};
 }
 
@@ -79,15 +80,15 @@ inline std::optional<double> firstRoot(const Quadratic& q, double length, double
         const double value = q.at(extremum);
         if (value != 0.0 && (value > 0.0) == (q.f0 > 0.0)) return std::nullopt;
     }
-    const double disc = std::sqrt(std::fmax(q.f1 * q.f1 - 4.0 * q.f2 * q.f0, 0.0));
+    const double disc = std::sqrt(std::max(q.f1 * q.f1 - 4.0 * q.f2 * q.f0, 0.0));
     const double k = -0.5 * (q.f1 + std::copysign(disc, q.f1));
     const double r1 = k / q.f2, r2 = q.f0 / k;
     double best = std::numeric_limits<double>::infinity();
     const double slack = 1e-9 * length;
     if (r1 >= 0.0 && r1 <= length + slack) best = r1;
-    if (r2 >= 0.0 && r2 <= length + slack) best = std::fmin(best, r2);
+    if (r2 >= 0.0 && r2 <= length + slack) best = std::min(best, r2);
     if (!std::isfinite(best)) best = crosses ? length : -q.f1 / (2.0 * q.f2);
-    return std::fmin(best, length);
+    return std::min(best, length);
 }
 
 }  // namespace terray::exact

@@ -115,9 +115,9 @@ bool Walker::misses(double t0, double t1, double lo, double hi) const {
 
 int64_t Walker::cellAlong(double start, double step, double t, int mip, int64_t lo,
                           int64_t hi) const {
-    const double s = std::ldexp(1.0, -mip);
-    const auto cell = static_cast<int64_t>(std::floor((start + step * t) * s));
-    return std::clamp(cell, lo, hi);
+    // Truncation is floor from 0 on; what lies before is clamped anyway.
+    const double place = (start + step * t) / static_cast<double>(1u << mip);
+    return std::clamp(static_cast<int64_t>(std::clamp(place, -1.0, 4e18)), lo, hi);
 }
 
 /// Moves to the border of a block: the coordinate across it is set, not computed.
