@@ -13,7 +13,8 @@
 
 namespace terray::cli {
 
-/// Adds an option whose text goes to `take`; `value` is its value's name in the help.
+/// Adds an option whose text goes to `take`; `value` is its value's name in the help. Given twice,
+/// the last one counts.
 CLI::Option* addText(CLI::App& command, const std::string& group, const std::string& name,
                      const std::string& value, const std::string& help,
                      std::function<void(const std::string&)> take);

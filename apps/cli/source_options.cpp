@@ -24,6 +24,7 @@ CLI::Option* addText(CLI::App& command, const std::string& group, const std::str
                      std::function<void(const std::string&)> take) {
     return command.add_option_function<std::string>(name, std::move(take), help)
         ->type_name(value)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast)
         ->group(group);
 }
 

@@ -79,7 +79,9 @@ Result<void> checkView(const View& view) {
         anywhere.lookAt->aboveGround = false;
         if (free) anywhere.lookAt->z = anywhere.eye ? *anywhere.eye->z - 1 : 0;
     }
-    auto camera = makeCamera(anywhere, SceneBox{{0, 0, 0}, {1, 1, 1}});
+    SceneBox nothing;
+    nothing.max = {1, 1, 1};
+    auto camera = makeCamera(anywhere, nothing);
     if (!camera) return camera.error();
     return {};
 }

@@ -26,6 +26,30 @@ Result<double> bendOf(const Terrain::State& state, const GeoFrame& frame, const 
     return radius > 0 ? (1 - options.refraction) / (2 * radius) : 0.0;
 }
 
+/// Corners of the blocks of the coarsest mip that hold something, at their lowest and highest.
+std::vector<WorldPoint> outlineOf(const ResidentTerrain& terrain, double exaggeration) {
+    const TerrainInfo& info = terrain.info();
+    const int mip = terrain.mipCount() - 1;
+    const auto blocks = terrain.blocks(terrain.slotOf({mip, 0, 0}));
+    const double side = static_cast<double>(int64_t{kBlockCells} << mip);
+    std::vector<WorldPoint> outline;
+    for (size_t k = 0; k < blocks.size(); ++k) {
+        if (blocks[k].minZ > blocks[k].maxZ) continue;
+        for (int corner = 0; corner < 4; ++corner) {
+            const double i = (static_cast<double>(k % kTileBlocks) + (corner & 1)) * side;
+            const double j = (static_cast<double>(k / kTileBlocks) + (corner >> 1)) * side;
+            const Vec2 place = info.worldFromLattice.worldFromLattice(
+                {std::min(i, static_cast<double>(info.scheme.columns - 1)),
+                 std::min(j, static_cast<double>(info.scheme.rows - 1))});
+            outline.push_back(
+                {place.x, place.y, static_cast<double>(blocks[k].minZ) * exaggeration});
+            outline.push_back(
+                {place.x, place.y, static_cast<double>(blocks[k].maxZ) * exaggeration});
+        }
+    }
+    return outline;
+}
+
 Result<SceneBox> sceneBox(const Terrain::State& state, const GeoFrame& frame, double exaggeration,
                           double bend) {
     const TerrainInfo& info = state.resident->info();
@@ -33,7 +57,8 @@ Result<SceneBox> sceneBox(const Terrain::State& state, const GeoFrame& frame, do
     SceneBox box{{low.x, low.y, static_cast<double>(info.minZ) * exaggeration},
                  {high.x, high.y, static_cast<double>(info.maxZ) * exaggeration},
                  0,
-                 bend * exaggeration};
+                 bend * exaggeration,
+                 outlineOf(*state.resident, exaggeration)};
     if (frame.hasCrs()) {
         auto convergence = frame.meridianConvergence(state.worldCentre());
         if (!convergence) return convergence.error();

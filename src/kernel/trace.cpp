@@ -184,33 +184,30 @@ FirstCell leaveHitCell(const TerrainCut& cut, const Hit& hit, const Ray& ray, Ra
     const double side = (hit.flags & kHitFromBelow) != 0 ? -1.0 : 1.0;
     const double tx = r.dx != 0.0 ? ((r.dx > 0.0 ? 1.0 - u : -u) / r.dx) : 1e30;
     const double ty = r.dy != 0.0 ? ((r.dy > 0.0 ? 1.0 - v : -v) / r.dy) : 1e30;
-    const double exit = std::max(std::min(tx, ty), 0.0);
+    const exact::Clip clip{0.0, exact::clipRay(cut, ray).end};
+    const double border = std::max(std::min(tx, ty), 0.0),
+                 exit = std::min(border, std::max(clip.end, 0.0));
     const double g0 = side * f1, g1 = side * (f1 + f2 * exit);
     const double unsure =
         1e-9 * (std::fabs(ray.dz) + std::fabs(bb * r.dx) + std::fabs(cc * r.dy) + 1e-6);
     if (g0 < -unsure || g1 < -unsure) return FirstCell::Occluded;
     if (g0 < unsure || g1 < unsure) return FirstCell::Uncertain;
-    const exact::Clip clip{0.0, exact::clipRay(cut, ray).end};
-    if (clip.end <= exit) {
+    if (clip.end <= border) {
         placeIdle(cut, b, k);  // leaves the terrain's box right here
         return FirstCell::GoesOn;
     }
     const int64_t size = int64_t{1} << mip;
     const double px = ray.x, py = ray.y;
-    const int64_t ax =
-        std::clamp(static_cast<int64_t>(px), x * size, (x + 1) * size - 1);
-    const int64_t ay =
-        std::clamp(static_cast<int64_t>(py), y * size, (y + 1) * size - 1);
+    const int64_t ax = std::clamp(static_cast<int64_t>(px), x * size, (x + 1) * size - 1);
+    const int64_t ay = std::clamp(static_cast<int64_t>(py), y * size, (y + 1) * size - 1);
     placeRay(cut, ray, clip, ax, ay, b, k);
     int64_t nx, ny;
     if (tx <= ty) {
         nx = ray.dx > 0.0 ? (x + 1) * size : x * size - 1;
-        ny = std::clamp(static_cast<int64_t>(py + ray.dy * exit), y * size,
-                        (y + 1) * size - 1);
+        ny = std::clamp(static_cast<int64_t>(py + ray.dy * exit), y * size, (y + 1) * size - 1);
     } else {
         ny = ray.dy > 0.0 ? (y + 1) * size : y * size - 1;
-        nx = std::clamp(static_cast<int64_t>(px + ray.dx * exit), x * size,
-                        (x + 1) * size - 1);
+        nx = std::clamp(static_cast<int64_t>(px + ray.dx * exit), x * size, (x + 1) * size - 1);
     }
     if (nx < 0 || ny < 0 || nx >= cut.cellsX || ny >= cut.cellsY) {
         b.state[k] = simd::kLaneDone;

@@ -12,7 +12,7 @@
 namespace terray {
 namespace {
 
-constexpr uint64_t kDefaultCacheBytes = 32u << 20;
+constexpr uint64_t kDefaultCacheBytes = 16u << 20;
 
 std::mutex messageMutex;
 std::string lastMessage;  // of any thread: GDAL decodes blocks on threads of its own

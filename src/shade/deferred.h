@@ -11,6 +11,7 @@
 #include "shade/haze.h"
 #include "shade/light.h"
 #include "shade/photo_filter.h"
+#include "shade/plinth.h"
 #include "shade/ramp.h"
 #include "shade/shade.h"
 #include "shade/sky.h"
@@ -59,6 +60,8 @@ private:
     rules::Rgb rampAlbedo(const Ground& ground) const;
     rules::Rgb photoColour(const Ground& ground, const rules::Rgb& light) const;
     float gridCover(const Hit& hit, const Ground& ground) const;
+    /// Colour of the plinth where it stands before the hit.
+    std::optional<rules::Rgb> plinthColour(const Hit& hit, double px, double py) const;
 
     // shade_flat.cpp
     void shadeFlat(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits, float weight,
@@ -88,10 +91,12 @@ private:
     DisplayCurve display_;
     std::optional<HeightRamp> ramp_;
     std::optional<SkyLight> sky_;
+    std::optional<Plinth> plinth_;
     const Photo* photo_ = nullptr;
     std::optional<PhotoFilter> photoFilter_;
     std::vector<float> sceneFromPhoto_;  ///< scene value that displays as a photo's linear value
     float sampleShare_ = 1;              ///< width of a sample, in pixels
+    float modelling_ = 1;                ///< factor on the slopes that the sun models
     double skyMs_ = 0;
 };
 

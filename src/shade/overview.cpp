@@ -5,6 +5,7 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "kernel/height.h"
@@ -40,6 +41,23 @@ Overview makeOverview(const TerrainCut& cut, const TilingScheme& scheme, int64_t
         }
     });
     return view;
+}
+
+double meanSlope(const Overview& view, const Affine2& worldFromLattice) {
+    const double size = static_cast<double>(1 << view.mip);
+    const auto perX = static_cast<float>(1.0 / (worldFromLattice.columnLength() * size));
+    const auto perY = static_cast<float>(1.0 / (worldFromLattice.rowLength() * size));
+    const auto width = static_cast<size_t>(view.width);
+    double sum = 0, count = 0;
+    for (size_t k = width + 1; k < view.heights.size(); ++k) {
+        const float across = (view.heights[k] - view.heights[k - 1]) * perX;
+        const float down = (view.heights[k] - view.heights[k - width]) * perY;
+        const float slope = std::hypot(across, down);
+        if (std::isnan(slope) || k % width == 0) continue;
+        sum += static_cast<double>(slope);
+        count += 1;
+    }
+    return count > 0 ? sum / count : 0;
 }
 
 }  // namespace terray

@@ -17,4 +17,7 @@ struct Overview {
 /// The finest mip of at most `mostPosts` posts (or the coarsest one).
 Overview makeOverview(const TerrainCut& cut, const TilingScheme& scheme, int64_t mostPosts);
 
+/// Mean slope (rise over run) between neighbouring posts; 0 if there are none.
+double meanSlope(const Overview& view, const Affine2& worldFromLattice);
+
 }  // namespace terray

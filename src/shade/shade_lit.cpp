@@ -12,7 +12,8 @@ using rules::Rgb;
 namespace {
 
 const Rgb kRock = rules::sceneFromCodes(136, 131, 123);
-const Rgb kClay = rules::sceneFromCodes(224, 222, 218);
+const Rgb kClay = rules::sceneFromCodes(217, 215, 211);
+const Rgb kPlinth = rules::sceneFromCodes(198, 194, 187);
 const Rgb kContour = rules::sceneFromCodes(92, 68, 50);
 const Rgb kGridLine = rules::sceneFromCodes(36, 42, 52);
 
@@ -48,7 +49,9 @@ void DeferredShader::prepareLit(const ImageTile& tile, Vec2 offset, std::span<co
             lit.facing = 0;
             if (!sun) continue;
             const Ground& g = lit.ground;
-            lit.facing = std::max(0.0f, glm::dot(g.normal, sunRays_.towardsAt(g.i, g.j)));
+            const glm::vec3 modelled = glm::normalize(
+                glm::vec3{g.normal.x * modelling_, g.normal.y * modelling_, g.normal.z});
+            lit.facing = std::max(0.0f, glm::dot(modelled, sunRays_.towardsAt(g.i, g.j)));
             if (!shadows || lit.facing <= 0) continue;
             scratch.hits[k] = hit;
             scratch.rays[k] = sunRays_.from(g.i, g.j, static_cast<double>(g.height), onDisc);
@@ -68,12 +71,15 @@ void DeferredShader::shadeLit(const ImageTile& tile, Vec2 offset, std::span<cons
     size_t k = 0;
     for (int y = 0; y < tile.height; ++y) {
         for (int x = 0; x < tile.width; ++x, ++k) {
+            const double px = tile.x + x + offset.x, py = tile.y + y + offset.y;
             Colour add;
-            if (isHit(hits[k])) {
+            if (const auto base = plinthColour(hits[k], px, py)) {
+                add = {base->r, base->g, base->b, 1.0f};
+            } else if (isHit(hits[k])) {
                 const Rgb c = litColour(hits[k], scratch.lit[k], scratch.dark[k] ? 0.0f : 1.0f);
                 add = {c.r, c.g, c.b, 1.0f};
             } else {
-                add = missColour(ground_.viewAt(tile.x + x + offset.x, tile.y + y + offset.y));
+                add = missColour(ground_.viewAt(px, py));
             }
             sum[k].r += weight * add.r;
             sum[k].g += weight * add.g;
@@ -103,6 +109,19 @@ Rgb DeferredShader::litColour(const Hit& hit, const Lit& lit, float sunlit) cons
     if (settings_.shading == Shading::Grid)
         colour = glm::mix(colour, kGridLine, 0.8f * gridCover(hit, ground));
     return rules::throughAir(air_, colour, ground.distance);
+}
+
+std::optional<Rgb> DeferredShader::plinthColour(const Hit& hit, double px, double py) const {
+    if (!plinth_) return std::nullopt;
+    const Ray ray = rays_.rayThrough(px, py);
+    const auto wall = plinth_->firstWall(ray, isHit(hit) ? static_cast<double>(hit.t) : ray.tMax);
+    if (!wall) return std::nullopt;
+    const glm::vec3 view = ground_.viewAt(px, py);
+    const glm::vec3 normal = glm::dot(wall->normal, view) > 0 ? -wall->normal : wall->normal;
+    const float facing = std::max(0.0f, glm::dot(normal, glm::vec3(settings_.sun.towards)));
+    constexpr float kHalfOpen = 0.75f;  // a wall sees half of the sky and bright floor below
+    return rules::throughAir(air_, kPlinth * rules::lightOn(light_, facing, 1, kHalfOpen, 0.5f),
+                             wall->t);
 }
 
 Rgb DeferredShader::rampAlbedo(const Ground& ground) const {

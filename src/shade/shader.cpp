@@ -24,6 +24,16 @@ bool needsRamp(Shading shading) {
     return shading == Shading::Photo || shading == Shading::Ramp || shading == Shading::Grid;
 }
 
+/// Map makers model gentle ground more strongly than the sun does, so that plains still read. Only
+/// under the map maker's sun: with a time or a sun of the user's the light is the true one.
+float modellingFor(const Overview& view, const TerrainInfo& info, double exaggeration,
+                   const RenderOptions& options) {
+    if (!options.time.empty() || options.sunAzElDeg) return 1.0f;
+    constexpr double kWellModelled = 0.28, kMost = 2.2;
+    const double slope = std::max(meanSlope(view, info.worldFromLattice) * exaggeration, 1e-6);
+    return static_cast<float>(std::clamp(std::sqrt(kWellModelled / slope), 1.0, kMost));
+}
+
 /// Photos and lines need the shape of what a pixel covers; light only its size.
 bool needsFeet(const ShadeSettings& settings) {
     return settings.shading == Shading::Photo || settings.shading == Shading::Grid ||
@@ -67,6 +77,7 @@ DeferredShader::DeferredShader(const ResidentTerrain& terrain, const TerrainCut&
 Result<void> DeferredShader::prepare() {
     if (!isLit(settings_.shading)) return {};
     const TerrainInfo& info = terrain_.info();
+    if (settings_.options.base) plinth_.emplace(cut_, info, rays_);
     Overview overview = makeOverview(cut_, info.scheme, kOverviewPosts);
     if (needsRamp(settings_.shading)) {
         const double cell = std::ldexp(info.worldFromLattice.columnLength(), overview.mip);
@@ -77,6 +88,7 @@ Result<void> DeferredShader::prepare() {
         if (!ramp) return ramp.error();
         ramp_ = std::move(*ramp);
     }
+    modelling_ = modellingFor(overview, info, rays_.exaggeration(), settings_.options);
     Stopwatch watch;
     sky_.emplace(std::move(overview), info.worldFromLattice, rays_.exaggeration());
     skyMs_ = watch.elapsedMs();

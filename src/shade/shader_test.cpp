@@ -133,6 +133,28 @@ TEST(Shader, TransparentBackgroundIsNothingAndAColourIsThatColour) {
     EXPECT_EQ(rgba[2], 0x60);
 }
 
+TEST(Shader, ThePlinthFillsUnderTheRimAndHidesNoGround) {
+    const FunctionSource source(80, 80, 10, hills);
+    Camera camera = cameraOver(source, 64, 48);
+    camera.eye.y -= 600;
+    ShadeScene scene(source, camera);
+    scene.settings.shading = Shading::Light;
+    scene.settings.options.background = "transparent";
+    const auto hits = scene.hits();
+    const auto bare = shadedOnce(scene, *scene.shader(), {0.5, 0.5});
+    scene.settings.options.base = true;
+    const auto based = shadedOnce(scene, *scene.shader(), {0.5, 0.5});
+    size_t filled = 0;
+    for (size_t k = 0; k < hits.size(); ++k) {
+        const bool seenFromAbove = isHit(hits[k]) && !(hits[k].flags & kHitFromBelow);
+        if (seenFromAbove) {
+            EXPECT_EQ(bare[k].g, based[k].g) << k;
+        }
+        filled += bare[k].a == 0 && based[k].a > 0;
+    }
+    EXPECT_GT(filled, 20u);
+}
+
 TEST(Shader, ShadowsDarkenButStayReadable) {
     // A wall along the west throws a shadow on level ground.
     const FunctionSource source(200, 200, 10, [](int64_t i, int64_t) { return i < 60 ? 400. : 0.; });

@@ -53,8 +53,7 @@ private:
         const uint32_t first = pool_.firstSlot[static_cast<size_t>(mip)];
         const uint32_t count = static_cast<uint32_t>(pool_.scheme.tileCount(mip));
         for (uint32_t slot = first; slot < first + count; ++slot) {
-            const int blockRows =
-                (pool_.cellsY(pool_.ids[slot]) + kBlockCells - 1) / kBlockCells;
+            const int blockRows = (pool_.cellsY(pool_.ids[slot]) + kBlockCells - 1) / kBlockCells;
             for (int blockRow = 0; blockRow < blockRows; ++blockRow) {
                 strips.push_back({slot, blockRow});
             }
@@ -63,8 +62,7 @@ private:
     }
 
     template <class Worker, class Work>
-    Result<void> eachStrip(const std::vector<Strip>& strips, Progress& progress,
-                           const Work& work) {
+    Result<void> eachStrip(const std::vector<Strip>& strips, Progress& progress, const Work& work) {
         const auto makeWorker = [] { return Result<Worker>(Worker()); };
         const auto step = [&](Worker& worker, int64_t task) -> Result<void> {
             work(worker, strips[static_cast<size_t>(task)]);
@@ -92,8 +90,8 @@ private:
     void inheritFromFiner(uint32_t slot);
 
     BlockBounds& block(uint32_t slot, int x, int y) {
-        return pool_.blocks[size_t{slot} * kBlocksPerTile +
-                            static_cast<size_t>(y * kTileBlocks + x)];
+        return pool_
+            .blocks[size_t{slot} * kBlocksPerTile + static_cast<size_t>(y * kTileBlocks + x)];
     }
     int stripRows(Strip strip) const {
         return std::min(kBlockCells,
@@ -166,8 +164,8 @@ void Builder::measureSteps(Strip strip) {
     }
     for (int x = 0; x * kBlockCells < width - 1; ++x) {
         const int cells = std::min(kBlockCells, width - 1 - x * kBlockCells);
-        const CellSteps steps =
-            measureCells(posts.data() + static_cast<ptrdiff_t>(x) * kBlockCells, width, cells, rows);
+        const CellSteps steps = measureCells(posts.data() + static_cast<ptrdiff_t>(x) * kBlockCells,
+                                             width, cells, rows);
         BlockBounds& out = block(strip.slot, x, strip.blockRow);
         out.maxSlope = maxWorldSlope(steps, pool_.worldFromLattice, id.mip);
         out.cellRange = steps.cellRange * (1 + 0x1p-20f);
@@ -176,14 +174,14 @@ void Builder::measureSteps(Strip strip) {
     }
 }
 
-/// Either fineMip == 0: errors of the strip's own mip to mip 0; or coarseMip is the next mip: errors
-/// of that one, over the strip's blocks.
+/// Either fineMip == 0: errors of the strip's own mip to mip 0; or coarseMip is the next mip:
+/// errors of that one, over the strip's blocks.
 void Builder::measureErrors(SurfaceComparer& comparer, Strip strip, int coarseMip, int fineMip) {
     const TileId id = pool_.ids[strip.slot];
     const MipRows coarse(pool_, coarseMip), fine(pool_, fineMip);
     const bool toNext = coarseMip > id.mip;
     const int shift = coarseMip - fineMip, up = coarseMip - id.mip;
-    const int blockPosts = kBlockCells << (id.mip - fineMip);  // fine posts across a block
+    const int blockPosts = kBlockCells << (id.mip - fineMip);   // fine posts across a block
     const int together = std::max(1, 8 >> (id.mip - fineMip));  // blocks compared at once
     const int rows = (stripRows(strip) + up) >> up;
     const int cellsX = pool_.cellsX(id);
@@ -226,8 +224,7 @@ void Builder::inheritFromFiner(uint32_t slot) {
                                2 * id.y + childY / kTileBlocks};
             const uint32_t finerSlot = pool_.slotOf(finer);
             if (finerSlot == kNoSlot) continue;
-            const BlockBounds& in =
-                block(finerSlot, childX % kTileBlocks, childY % kTileBlocks);
+            const BlockBounds& in = block(finerSlot, childX % kTileBlocks, childY % kTileBlocks);
             out.flags |= in.flags & (kBlockFinestHasHoles | kBlockFinestHasCells);
             out.cellRange = std::max(out.cellRange, in.cellRange);
             if (id.mip == 1) out.errorToFinest = std::max(out.errorToFinest, in.errorToNext);

@@ -138,8 +138,8 @@ FrameCut finestCut(const ResidentTerrain& terrain, bool constantSurface) {
     FrameCut frame;
     Directory directory{terrain.pool(), frame.cut_, frame.squares_, frame.tilesPerMip_};
     directory.start(constantSurface);
-    directory.finish(directory.fill(TileId{terrain.pool().mips - 1, 0, 0},
-                                    [](uint32_t) { return false; }));
+    directory.finish(
+        directory.fill(TileId{terrain.pool().mips - 1, 0, 0}, [](uint32_t) { return false; }));
     return frame;
 }
 

@@ -35,12 +35,12 @@ struct ResidentTerrain::Pool {
     Affine2 worldFromLattice;
     PostFormat format = PostFormat::Float32;
     int mips = 0;
-    std::vector<uint32_t> firstSlot;      ///< per mip
-    std::vector<TileDesc> tiles;          ///< per slot
-    std::vector<TileId> ids;              ///< per slot
-    std::vector<SlotBounds> slotBounds;   ///< per slot
-    std::vector<BlockBounds> blocks;      ///< 64 per slot
-    void* posts = nullptr;                ///< uint16_t or float
+    std::vector<uint32_t> firstSlot;     ///< per mip
+    std::vector<TileDesc> tiles;         ///< per slot
+    std::vector<TileId> ids;             ///< per slot
+    std::vector<SlotBounds> slotBounds;  ///< per slot
+    std::vector<BlockBounds> blocks;     ///< 64 per slot
+    void* posts = nullptr;               ///< uint16_t or float
     uint32_t* bounds = nullptr;
 
     uint32_t slotOf(TileId id) const;

@@ -64,8 +64,8 @@ TEST_P(Resident, FinestPostsEqualTheSourceBitForBit) {
         for (int x = 0; x < scheme().tilesX(0); ++x) {
             for (int j = 0; j <= 512 && y * 512 + j < scheme().rows; ++j) {
                 for (int i = 0; i <= 512 && x * 512 + i < scheme().columns; ++i) {
-                    ASSERT_TRUE(same(posts.inTile({0, x, y}, i, j),
-                                     source_.at(x * 512 + i, y * 512 + j)))
+                    ASSERT_TRUE(
+                        same(posts.inTile({0, x, y}, i, j), source_.at(x * 512 + i, y * 512 + j)))
                         << x << ' ' << y << ' ' << i << ' ' << j;
                 }
             }
@@ -195,19 +195,20 @@ TEST_P(Resident, TilesKnowTheirPlaceAndParent) {
     EXPECT_EQ(terrain_->slotOf({0, scheme().tilesX(0), 0}), kNoSlot);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Sizes, Resident,
-    testing::Values(Case{2, 2, PostFormat::Float32, false}, Case{2, 700, PostFormat::Int16, true},
-                    Case{513, 513, PostFormat::Int16, false},
-                    Case{514, 514, PostFormat::Float32, true},
-                    Case{1031, 769, PostFormat::Int16, true},
-                    Case{1500, 523, PostFormat::Float32, true},
-                    Case{2049, 600, PostFormat::Float32, false}),
-    [](const auto& testCase) {
-        const Case& c = testCase.param;
-        return std::to_string(c.columns) + "x" + std::to_string(c.rows) +
-               (c.format == PostFormat::Int16 ? "Int16" : "Float") + (c.holes ? "Holes" : "");
-    });
+INSTANTIATE_TEST_SUITE_P(Sizes, Resident,
+                         testing::Values(Case{2, 2, PostFormat::Float32, false},
+                                         Case{2, 700, PostFormat::Int16, true},
+                                         Case{513, 513, PostFormat::Int16, false},
+                                         Case{514, 514, PostFormat::Float32, true},
+                                         Case{1031, 769, PostFormat::Int16, true},
+                                         Case{1500, 523, PostFormat::Float32, true},
+                                         Case{2049, 600, PostFormat::Float32, false}),
+                         [](const auto& testCase) {
+                             const Case& c = testCase.param;
+                             return std::to_string(c.columns) + "x" + std::to_string(c.rows) +
+                                    (c.format == PostFormat::Int16 ? "Int16" : "Float") +
+                                    (c.holes ? "Holes" : "");
+                         });
 
 TEST(ResidentTerrain, RangeAndHolesAreThoseOfTheSource) {
     for (const PostFormat format : {PostFormat::Int16, PostFormat::Float32}) {

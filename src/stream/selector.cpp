@@ -90,8 +90,7 @@ bool Selector::serves(const BlockBounds& block, const LatticeBox& box) const {
 bool Selector::shadowServes(double error, const BlockBounds& block, const LatticeBox& box) const {
     if (block.minZ > block.maxZ) return true;
     const double top = static_cast<double>(block.maxZ) + error;
-    const double length =
-        std::min((top - minZ_) * shadows_->cotangent, error / shadows_->penumbra);
+    const double length = std::min((top - minZ_) * shadows_->cotangent, error / shadows_->penumbra);
     const double shift = error * shadows_->cotangent;
     if (pixelsPerMetre_ > 0) return shift * pixelsPerMetre_ <= allowedShadow_;
     const double above = std::max(0.0, eyeZ_ - exaggeration_ * top);
@@ -153,8 +152,8 @@ double Selector::distanceToSweep2(const LatticeBox& box, Vec2 sweep) const {
     for (const double i : {box.i0, box.i1}) {
         for (const double j : {box.j0, box.j1}) {
             const double di = i - eye_.i, dj = j - eye_.j;
-            const double along = di * step.i * g11_ + (di * step.j + dj * step.i) * g12_ +
-                                 dj * step.j * g22_;
+            const double along =
+                di * step.i * g11_ + (di * step.j + dj * step.i) * g12_ + dj * step.j * g22_;
             const double t = std::clamp(along / length, 0.0, 1.0);
             nearest = std::min(nearest, length2(di - t * step.i, dj - t * step.j));
         }

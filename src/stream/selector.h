@@ -46,8 +46,8 @@ private:
     double g11_, g12_, g22_;  ///< metres of lattice steps: their scalar products
     LatticePoint eye_;
     double eyeZ_, minZ_;
-    double focal_;           ///< pixels a radian at the picture's edge; ortho: 0
-    double pixelsPerMetre_;  ///< ortho; else 0
+    double focal_;                    ///< pixels a radian at the picture's edge; ortho: 0
+    double pixelsPerMetre_;           ///< ortho; else 0
     double allowed_, allowedShadow_;  ///< pixels
     double exaggeration_, bend_;
     bool constant_;

@@ -51,8 +51,7 @@ private:
         explicit Reader(const ArraySource& source) : source_(source) {}
         Result<void> read(int64_t column, int64_t row, int64_t width, int64_t height,
                           std::span<float> posts) override {
-            return each(column, row, width, height,
-                        [&](size_t k, float z) { posts[k] = z; });
+            return each(column, row, width, height, [&](size_t k, float z) { posts[k] = z; });
         }
         Result<void> readCodes(int64_t column, int64_t row, int64_t width, int64_t height,
                                std::span<uint16_t> codes) override {

@@ -35,8 +35,7 @@ void weightRow(const Rows& above, const Rows& here, const Rows& below, int count
     for (int i = 0; i < count; ++i) {
         const float a = above.even[i], b = here.even[i], c = below.even[i];
         const float sum = sums[i - 1] + 2 * (value(a) + 2 * value(b) + value(c)) + sums[i];
-        const float weight =
-            weights[i - 1] + 2 * (known(a) + 2 * known(b) + known(c)) + weights[i];
+        const float weight = weights[i - 1] + 2 * (known(a) + 2 * known(b) + known(c)) + weights[i];
         out[i] = b == b ? sum / weight : kNaN;
     }
 }

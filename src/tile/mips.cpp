@@ -150,8 +150,8 @@ float maxWorldSlope(const CellSteps& steps, const Affine2& worldFromLattice, int
     const double a = static_cast<double>(steps.alongRow) / size;
     const double b = static_cast<double>(steps.alongColumn) / size;
     const Vec2 u = worldFromLattice.worldGradient(1, 0), v = worldFromLattice.worldGradient(0, 1);
-    const double squared = a * a * glm::dot(u, u) + b * b * glm::dot(v, v) +
-                           2 * a * b * std::abs(glm::dot(u, v));
+    const double squared =
+        a * a * glm::dot(u, u) + b * b * glm::dot(v, v) + 2 * a * b * std::abs(glm::dot(u, v));
     return static_cast<float>(std::sqrt(squared) * (1 + 1e-6));
 }
 

@@ -77,9 +77,9 @@ double bruteForce(const Grid& coarse, const Grid& fine, int shift, int64_t colum
     for (int64_t j = row << shift; j <= std::min((row + cellsY) << shift, fine.rows() - 1); ++j) {
         for (int64_t i = column << shift;
              i <= std::min((column + cellsX) << shift, fine.columns() - 1); ++i) {
-            const double difference = std::abs(heightAt(coarse, static_cast<double>(i) / size,
-                                                        static_cast<double>(j) / size) -
-                                               static_cast<double>(fine.at(i, j)));
+            const double difference = std::abs(
+                heightAt(coarse, static_cast<double>(i) / size, static_cast<double>(j) / size) -
+                static_cast<double>(fine.at(i, j)));
             if (difference > worst) worst = difference;
         }
     }
@@ -232,8 +232,8 @@ TEST(MaxWorldSlope, IsNeverBelowTheSlopeOfAnyCell) {
     map.row = {4, -31};
     const Grid grid = hills(40, 40, 0, 31);
     const int mip = 2;
-    const double bound = static_cast<double>(
-        maxWorldSlope(measureCells(grid.view().posts, 40, 39, 39), map, mip));
+    const double bound =
+        static_cast<double>(maxWorldSlope(measureCells(grid.view().posts, 40, 39, 39), map, mip));
     double steepest = 0;
     std::mt19937 random(37);
     std::uniform_real_distribution<double> place(0.01, 38.99);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "base/result.h"
 #include "math/types.h"
@@ -49,6 +50,8 @@ struct SceneBox {
     double gridNorthFromTrueNorth = 0;  ///< meridian convergence at the centre, radians
     /// Exaggerated curvature, 1/m: at a horizontal distance r the ground looks bend * r^2 lower.
     double bend = 0;
+    /// Points around what there is to see, for terrains with holes; empty: the box itself.
+    std::vector<WorldPoint> outline = {};
 };
 
 /// Builds the camera of a View. Eye and target are already in world metres (`resolved` fills

@@ -4,40 +4,47 @@
 #include "view/framing.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 namespace terray {
 namespace {
 
 constexpr double kWidthShare = 0.85;   // of the picture's width
 constexpr double kHeightShare = 0.90;  // at most, of the picture's height
+constexpr int kBisections = 44;        // of a range of about 30: beyond a millionth
 constexpr double kTopShare = 0.22;     // the box's top is not further down than this
 
-// Corners, edge middles and face centres: over a curved earth the middles stand out.
-constexpr int kPoints = 18;
-using Points = std::array<Vec3, kPoints>;  // camera axes: right, up, forward; in box radii
+using Points = std::vector<Vec3>;  // camera axes: right, up, forward; in box radii
 
 Vec3 centreOf(const SceneBox& box) { return 0.5 * (box.min.vec() + box.max.vec()); }
 
-/// The box's points relative to its centre, each lowered by the curvature seen from `eye`.
-Points pointsInAxes(const Camera& camera, const SceneBox& box, const Vec3& eye, double radius) {
-    const Vec3 centre = centreOf(box);
+/// The outline; or the box's corners, edge middles and face centres: over a curved earth the
+/// middles stand out.
+std::vector<Vec3> outlineOf(const SceneBox& box) {
+    std::vector<Vec3> points;
+    for (const WorldPoint& p : box.outline) points.push_back(p.vec());
+    if (!points.empty()) return points;
     const Vec3 half = 0.5 * (box.max - box.min);
+    for (int z = -1; z <= 1; z += 2)
+        for (int y = -1; y <= 1; ++y)
+            for (int x = -1; x <= 1; ++x) points.push_back(centreOf(box) + half * Vec3{x, y, z});
+    return points;
+}
+
+/// The outline relative to the box's centre, each point lowered by the curvature seen from `eye`.
+Points pointsInAxes(const Camera& camera, const SceneBox& box, const std::vector<Vec3>& outline,
+                    const Vec3& eye, double radius) {
+    const Vec3 centre = centreOf(box);
     Points points;
-    size_t n = 0;
-    for (int z = -1; z <= 1; z += 2) {
-        for (int y = -1; y <= 1; ++y) {
-            for (int x = -1; x <= 1; ++x) {
-                Vec3 p = half * Vec3{x, y, z};
-                const Vec3 fromEye = centre + p - eye;
-                p.z -= box.bend * (fromEye.x * fromEye.x + fromEye.y * fromEye.y);
-                points[n++] = Vec3{glm::dot(p, camera.right), glm::dot(p, camera.up),
-                                   glm::dot(p, camera.forward)} /
-                              radius;
-            }
-        }
+    for (const Vec3& place : outline) {
+        const Vec3 fromEye = place - eye;
+        Vec3 p = place - centre;
+        p.z -= box.bend * (fromEye.x * fromEye.x + fromEye.y * fromEye.y);
+        points.push_back(
+            Vec3{glm::dot(p, camera.right), glm::dot(p, camera.up), glm::dot(p, camera.forward)} /
+            radius);
     }
     return points;
 }
@@ -62,7 +69,7 @@ Range tangents(const Points& points, int axis, double shift, double distance) {
 /// Root of a function that falls from positive to not positive between low and high.
 template <class F>
 double bisect(double low, double high, F&& f) {
-    for (int k = 0; k < 60; ++k) {
+    for (int k = 0; k < kBisections; ++k) {
         const double middle = 0.5 * (low + high);
         (f(middle) > 0 ? low : high) = middle;
     }
@@ -113,9 +120,10 @@ void frameBox(Camera& camera, const SceneBox& box) {
     const double radius = std::max(0.5 * glm::length(box.max - box.min), 1e-6);
     const double tanX = camera.tanHalfFovY * camera.width / camera.height;
     Vec3 eye = centre;
-    const int rounds = box.bend > 0 ? 12 : 1;
+    const std::vector<Vec3> outline = outlineOf(box);
+    const int rounds = box.bend > 0 ? 6 : 1;
     for (int round = 0; round < rounds; ++round) {
-        const Points points = pointsInAxes(camera, box, eye, radius);
+        const Points points = pointsInAxes(camera, box, outline, eye, radius);
         const Fit fit = fitPoints(points, tanX, camera.tanHalfFovY);
         eye = centre +
               radius * (fit.x * camera.right + fit.y * camera.up - fit.distance * camera.forward);

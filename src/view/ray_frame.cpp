@@ -42,9 +42,8 @@ void RayFrame::makeLinear() {
     const double perX = ortho ? camera_.orthoSize.x / camera_.width : 1.0 / camera_.focalPixels();
     const double perY = ortho ? camera_.orthoSize.y / camera_.height : 1.0 / camera_.focalPixels();
     const Vec3 stepX = perX * camera_.right, stepY = -perY * camera_.up;
-    const Vec3 corner = -0.5 * camera_.width * stepX - 0.5 * camera_.height * stepY;
     const LatticePoint eye = worldFromLattice_.latticeFromWorld({camera_.eye.x, camera_.eye.y});
-    base_ = linear(ortho ? corner : none, ortho ? camera_.forward : camera_.forward + corner);
+    base_ = linear(none, camera_.forward);
     base_.ray.x += eye.i;
     base_.ray.y += eye.j;
     base_.ray.z += camera_.eye.z / exaggeration_;

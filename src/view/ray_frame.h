@@ -32,8 +32,8 @@ public:
     PencilRay pencilRay(double px, double py) const {
         if (camera_.projection == Projection::Panorama) return panoramaRay(px, py);
         Linear r = base_;
-        r.add(px, alongX_);
-        r.add(py, alongY_);
+        r.add(px - 0.5 * camera_.width, alongX_);
+        r.add(py - 0.5 * camera_.height, alongY_);
         const double horizontal = r.east * r.east + r.north * r.north;
         const double rise = r.ray.dz * exaggeration_;
         r.ray.bend = bend_ * horizontal;
@@ -80,7 +80,7 @@ private:
     Camera camera_;
     Affine2 worldFromLattice_;
     double exaggeration_, bend_;
-    Linear base_, alongX_, alongY_;  ///< the ray at pixel (0, 0) and its change per pixel
+    Linear base_, alongX_, alongY_;  ///< the ray at the picture's centre and its change per pixel
 };
 
 /// Picture rectangle worked on at once.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs terray in an empty folder, makes DEMs, reads pictures: shared by the command-line tests."""
+# Runs terray in an empty folder, makes DEMs, reads pictures: shared by the command-line tests.
 import array
 import json
 import math
@@ -73,7 +73,8 @@ class CliTest(unittest.TestCase):
         """(width, height, bands) of a float raster; a band is an array, row by row."""
         info = self.describe(name)
         width, height = info["size"]
-        self.gdal("gdal_translate", "-q", "-of", "ENVI", "-ot", "Float32", name, name + ".raw")
+        self.gdal("gdal_translate", "-q", "-of", "ENVI", "-ot", "Float32", "-co", "INTERLEAVE=BSQ",
+                  name, name + ".raw")
         with open(self.path(name + ".raw"), "rb") as data:
             values = array.array("f", data.read())
         for leftover in (name + ".raw", name + ".hdr", name + ".raw.aux.xml"):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What render writes: formats, bands, buffers, georeference, figures; whole files or none."""
+# What render writes: formats, bands, buffers, georeference, figures; whole files or none.
 import csv
 import math
 import os

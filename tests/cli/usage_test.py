@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Wrong usage: exit code 2 (or 4), one line that names the option and says what to do."""
+# Wrong usage: exit code 2 (or 4), one line that names the option and says what to do.
 import json
 import os
 import subprocess

@@ -128,12 +128,12 @@ void Walker::advance(const Block& block, int mip, const Exit& exit) {
     const int64_t x0 = block.x << mip, y0 = block.y << mip, size = block.size << mip;
     if (exit.alongX) {
         i_ = ray_.dx > 0 ? x0 + size : x0 - 1;
-        j_ = cellAlong(ray_.y, ray_.dy, t_, 0, y0, y0 + size - 1);
+        j_ = cellAlong(ray_.y, ray_.dy, t_, 0, y0, std::min(y0 + size, int64_t{cut_.cellsY}) - 1);
         lastI_ = ray_.dx > 0 ? i_ - 1 : i_ + 1;
         lastJ_ = j_;
     } else {
         j_ = ray_.dy > 0 ? y0 + size : y0 - 1;
-        i_ = cellAlong(ray_.x, ray_.dx, t_, 0, x0, x0 + size - 1);
+        i_ = cellAlong(ray_.x, ray_.dx, t_, 0, x0, std::min(x0 + size, int64_t{cut_.cellsX}) - 1);
         lastJ_ = ray_.dy > 0 ? j_ - 1 : j_ + 1;
         lastI_ = i_;
     }

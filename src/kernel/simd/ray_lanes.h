@@ -14,7 +14,7 @@ struct alignas(64) RayLanes {
     double x[kBlockRays], y[kBlockRays], z[kBlockRays];
     double dx[kBlockRays], dy[kBlockRays], dz[kBlockRays], bend[kBlockRays];
     double begin[kBlockRays],
-        end[kBlockRays];  ///< in: tMin, tMax; out: clipped; begin > end: nothing
+        end[kBlockRays];       ///< in: tMin, tMax; out: clipped; begin > end: nothing
     double clear[kBlockRays];  ///< the ray is known to be above the surface until here
 };
 
