@@ -24,6 +24,7 @@ struct Front {
 class BeamWalker {
 public:
     BeamWalker(const TerrainCut& cut, const Beam& beam) : cut_(cut), beam_(beam) {
+        clearance_ += 1e-3 * static_cast<double>(cut.maxZ - cut.minZ);
         double nearest = 1e300, apart = 0;
         for (const Ray& a : beam.corners) {
             speed_ = std::max({speed_, std::fabs(a.dx), std::fabs(a.dy)});
@@ -47,6 +48,8 @@ private:
     const TerrainCut& cut_;
     const Beam& beam_;
     double speed_ = 1e-12, bend_ = 0;
+    /// Rays begin well outside the float rays' error, where their first cells can be told.
+    double clearance_ = 1e-3;
 };
 
 Front BeamWalker::frontAt(double w) const {
@@ -118,10 +121,10 @@ BeamStart BeamWalker::walk() {
                       std::max(here.box.x1, there.box.x1), std::max(here.box.y1, there.box.y1)};
         const double lowest = std::min(here.lowest, there.lowest) + bend_ * start.w * start.w;
         start.level = level;
-        if (lowest > static_cast<double>(maxOver(box)) + 1e-3) {
+        if (lowest > static_cast<double>(maxOver(box)) + clearance_) {
             start.w = next;
             here = there;
-            if (lowest > static_cast<double>(cut_.maxZ) + 1e-3 && there.lowest > here.lowest) break;
+            if (lowest > static_cast<double>(cut_.maxZ) + clearance_ && there.lowest > here.lowest) break;
             ++level;
         } else {
             if (level <= 1 || size < 0.5 * there.width) break;

@@ -15,7 +15,7 @@ namespace {
 constexpr int kCells = 512;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// ---- 16-bit posts -------------------------------------------------------------------------------
+// ---- 16-bit posts ----
 
 /// Max and min of the corners of each cell between two post rows; a hole gives (0, 65535).
 inline __attribute__((always_inline)) void cellRow(const uint16_t* upper, const uint16_t* lower,
@@ -86,8 +86,7 @@ CodeSummary firstLevel(const uint16_t* posts, int cellsX, int cellsY, uint32_t* 
             *std::max_element(notes.holes, notes.holes + kCells) != 0};
 }
 
-// ---- Levels above the first
-// ---------------------------------------------------------------------
+// ---- Levels above the first ----
 
 /// One level from the one below it. Max of packed entries keeps the right upper half; empty
 /// entries are neutral.
@@ -113,8 +112,7 @@ void upperLevels(uint32_t* bounds) {
     }
 }
 
-// ---- Float posts
-// --------------------------------------------------------------------------------
+// ---- Float posts ----
 
 struct FloatSummary {
     float minZ = kInfinity, maxZ = -kInfinity, delta = 0;

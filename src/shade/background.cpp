@@ -21,9 +21,9 @@ Result<Background> parseBackground(const std::string& text) {
                               rules::sceneFromCodes(channel(16), channel(8), channel(0))};
         }
     }
-    return makeError(ErrorCode::Usage,
-                     "--background '{}' is not known; use sky, transparent or a colour like #f4f1ea",
-                     text);
+    return makeError(
+        ErrorCode::Usage,
+        "--background '{}' is not known; use sky, transparent or a colour like #f4f1ea", text);
 }
 
 }  // namespace terray

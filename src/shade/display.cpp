@@ -18,8 +18,8 @@ DisplayCurve::DisplayCurve(bool shoulder) {
 }
 
 uint8_t DisplayCurve::code(float scene) const {
-    const float x = std::clamp(scene * (static_cast<float>(kSize) / kMost), 0.0f,
-                               static_cast<float>(kSize));
+    const float x =
+        std::clamp(scene * (static_cast<float>(kSize) / kMost), 0.0f, static_cast<float>(kSize));
     return codes_[static_cast<size_t>(x + 0.5f)];
 }
 

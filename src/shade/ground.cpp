@@ -81,16 +81,16 @@ Ground GroundSampler::at(const Hit& hit, double px, double py) const {
     ground.j = tile.y + (static_cast<double>(cellY(hit)) + static_cast<double>(hit.v)) * size;
     ground.distance = hit.t;
     const CellPosts posts = cellPosts(cut_, hit);
-    ground.height = cut_.constantSurface ? posts.nearest(hit.u, hit.v)
-                                         : posts.heightAt(hit.u, hit.v);
+    ground.height =
+        cut_.constantSurface ? posts.nearest(hit.u, hit.v) : posts.heightAt(hit.u, hit.v);
     const PixelRay ray = pixelRay(px, py, hit.t);
 
     // How wide to filter: the ground that a sample covers, seen against the drawn cell's own plane,
     // not wider than a few pixels where the look is grazing.
     glm::vec2 lattice = posts.gradientAt(hit.u, hit.v) / static_cast<float>(size);
     const glm::vec2 plane = exaggeration_ * worldGradient(lattice);
-    const float down = std::abs(ray.direction.z - plane.x * ray.direction.x -
-                                plane.y * ray.direction.y);
+    const float down =
+        std::abs(ray.direction.z - plane.x * ray.direction.x - plane.y * ray.direction.y);
     const float least = 0.15f * (1.0f + std::max(std::abs(plane.x), std::abs(plane.y)));
     const float covered = ray.area / std::max(down, least);
     ground.footprint = footprintShare_ * std::sqrt(covered * perCellArea_);

@@ -11,14 +11,14 @@
 namespace terray {
 
 struct Ground {
-    double i = 0, j = 0;          ///< lattice place
-    glm::vec3 normal{0, 0, 1};    ///< picture space, filtered to the footprint, upwards
-    glm::vec2 gradient{0, 0};     ///< true heights over world metres
+    double i = 0, j = 0;        ///< lattice place
+    glm::vec3 normal{0, 0, 1};  ///< picture space, filtered to the footprint, upwards
+    glm::vec2 gradient{0, 0};   ///< true heights over world metres
     /// Ground covered a pixel to the right and down, world metres; only if the sampler was asked.
     glm::vec2 footX{0}, footY{0};
-    float height = 0;             ///< true metres, of the drawn surface
-    float distance = 0;           ///< metres in picture space
-    float footprint = 0;          ///< width that a sample covers, mip-0 cells
+    float height = 0;     ///< true metres, of the drawn surface
+    float distance = 0;   ///< metres in picture space
+    float footprint = 0;  ///< width that a sample covers, mip-0 cells
     float slope() const { return glm::length(gradient); }
 };
 
@@ -55,8 +55,8 @@ public:
                 gradientYi_ * lattice.x + gradientYj_ * lattice.y};
     }
     glm::vec3 pictureNormal(glm::vec2 worldGradient) const {
-        return glm::normalize(glm::vec3{-exaggeration_ * worldGradient.x,
-                                        -exaggeration_ * worldGradient.y, 1.0f});
+        return glm::normalize(
+            glm::vec3{-exaggeration_ * worldGradient.x, -exaggeration_ * worldGradient.y, 1.0f});
     }
 
 private:

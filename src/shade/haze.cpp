@@ -14,15 +14,16 @@ SceneReach computeReach(const Camera& camera, const TerrainInfo& info, double ex
     const auto columns = static_cast<double>(info.scheme.columns - 1);
     const auto rows = static_cast<double>(info.scheme.rows - 1);
     const LatticePoint eye = map.latticeFromWorld({camera.eye.x, camera.eye.y});
-    const Vec2 beside = map.worldFromLattice(
-        {std::clamp(eye.i, 0.0, columns), std::clamp(eye.j, 0.0, rows)});
+    const Vec2 beside =
+        map.worldFromLattice({std::clamp(eye.i, 0.0, columns), std::clamp(eye.j, 0.0, rows)});
     const double low = info.minZ * exaggeration, high = info.maxZ * exaggeration;
     const double above = camera.eye.z - std::clamp(camera.eye.z, low, high);
     SceneReach reach;
-    reach.nearest = static_cast<float>(
-        std::hypot(beside.x - camera.eye.x, beside.y - camera.eye.y, above));
+    reach.nearest =
+        static_cast<float>(std::hypot(beside.x - camera.eye.x, beside.y - camera.eye.y, above));
     double farthest = 0;
-    for (const LatticePoint corner : {LatticePoint{0, 0}, {columns, 0}, {0, rows}, {columns, rows}}) {
+    for (const LatticePoint corner :
+         {LatticePoint{0, 0}, {columns, 0}, {0, rows}, {columns, rows}}) {
         const Vec2 place = map.worldFromLattice(corner);
         const Vec3 away{place.x - camera.eye.x, place.y - camera.eye.y,
                         0.5 * (low + high) - camera.eye.z};

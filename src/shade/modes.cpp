@@ -22,7 +22,7 @@ constexpr Codes kViridis[] = {{68, 1, 84},    {71, 45, 123},  {59, 82, 139},
                               {94, 201, 98},  {173, 220, 48}, {253, 231, 37}};
 constexpr Codes kSteep[] = {{244, 241, 230}, {238, 214, 160}, {226, 164, 100}, {200, 100, 74},
                             {150, 52, 72},   {88, 24, 66},    {36, 10, 40}};
-constexpr Codes kWork[] = {{10, 12, 40},  {40, 40, 120},   {110, 50, 140}, {190, 70, 110},
+constexpr Codes kWork[] = {{10, 12, 40},   {40, 40, 120},  {110, 50, 140}, {190, 70, 110},
                            {235, 120, 70}, {250, 190, 80}, {255, 250, 200}};
 constexpr Codes kMips[] = {{222, 222, 216}, {120, 170, 214}, {126, 190, 140}, {236, 200, 110},
                            {224, 140, 100}, {190, 120, 180}, {130, 130, 200}, {150, 110, 90}};
@@ -64,9 +64,7 @@ Rgb stepsColour(float steps) {
     static const Scale kScale = makeScale(kWork);
     return look(kScale, std::log2(std::max(steps, 1.0f)) / 10.0f);
 }
-Rgb mipColour(int mip) {
-    return linear(kMips[static_cast<size_t>(mip) % std::size(kMips)]);
-}
+Rgb mipColour(int mip) { return linear(kMips[static_cast<size_t>(mip) % std::size(kMips)]); }
 Rgb grey(float srgb) {
     static const Scale kScale = makeScale(std::array<Codes, 2>{{{0, 0, 0}, {255, 255, 255}}});
     return look(kScale, srgb);

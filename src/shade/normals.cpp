@@ -15,8 +15,8 @@ namespace {
 
 /// 4 x 4 posts inside one tile; false if one of them is a hole.
 bool loadPosts(const TerrainCut& cut, const TileDesc& tile, int x, int y, float (&z)[4][4]) {
-    const uint64_t first = tile.posts + static_cast<uint64_t>(y) * kPostStride +
-                           static_cast<uint64_t>(x);
+    const uint64_t first =
+        tile.posts + static_cast<uint64_t>(y) * kPostStride + static_cast<uint64_t>(x);
     if (cut.format == 1) {
         const float* posts = static_cast<const float*>(cut.posts) + first;
         float sum = 0;

@@ -87,7 +87,8 @@ TEST(FilteredGradient, GoesStraightOnAtTheSheetsEdgeAndBesideHoles) {
     test::Heights heights(60, 50, plane);
     heights.at(30, 25) = std::numeric_limits<float>::quiet_NaN();
     const Scene scene(heights);
-    for (auto [i, j] : {std::pair{0.0, 0.0}, {0.5, 48.9}, {59.0, 49.0}, {28.5, 24.5}, {31.5, 26.5}}) {
+    for (auto [i, j] :
+         {std::pair{0.0, 0.0}, {0.5, 48.9}, {59.0, 49.0}, {28.5, 24.5}, {31.5, 26.5}}) {
         glm::vec2 g;
         ASSERT_TRUE(scene.gradient.at(i, j, 0.5f, g)) << i << " " << j;
         EXPECT_NEAR(g.x, 3, 1e-4f);
@@ -116,6 +117,13 @@ TEST(Overview, HoldsTheMipThatFitsWholeAcrossTiles) {
     EXPECT_EQ(small.mip, 1);
     EXPECT_EQ(small.width, 551);
     EXPECT_EQ(small.height, 301);
+}
+
+TEST(Overview, MeanSlopeIsAPlanesSlopeOnAnyMip) {
+    const Scene scene({700, 600, [](int i, int j) { return 3.0 * i + 4.0 * j; }});
+    const Affine2 map{{0, 0}, {10, 0}, {0, -10}};
+    for (int64_t posts : {1'000'000, 200'000})
+        EXPECT_NEAR(meanSlope(makeOverview(scene.cut.cut(), scene.scheme, posts), map), 0.5, 0.01);
 }
 
 TEST(SkyLight, PlainsSeeAllAndExaggerationDeepensHollows) {

@@ -25,8 +25,8 @@ Overview makeOverview(const TerrainCut& cut, const TilingScheme& scheme, int64_t
     oneapi::tbb::parallel_for(0, scheme.tilesY(view.mip), [&](int tileY) {
         for (int tileX = 0; tileX < scheme.tilesX(view.mip); ++tileX) {
             const int column = tileX * kTileCells, row = tileY * kTileCells;
-            const uint32_t slot = slotAt(cut, view.mip, int64_t{column} << view.mip,
-                                         int64_t{row} << view.mip);
+            const uint32_t slot =
+                slotAt(cut, view.mip, int64_t{column} << view.mip, int64_t{row} << view.mip);
             if (slot == kNoSlot) continue;
             const TileDesc& tile = cut.tiles[slot];
             // The last post of a tile is the next one's first; only the last tile writes it.

@@ -36,7 +36,8 @@ struct CodeTables {
 const CodeTables kTables;
 
 const uint8_t* pixelAt(const uint8_t* rgba, int width, int x, int y) {
-    return rgba + (static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)) * 4;
+    return rgba +
+           (static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)) * 4;
 }
 
 /// Mean of the fine pixels under one coarse pixel, as far as they exist.
@@ -119,8 +120,8 @@ PhotoSample PhotoFilter::at(Vec2 place, glm::vec2 a, glm::vec2 b) const {
     const float weight = 1.0f / static_cast<float>(taps);
     for (int k = 0; k < taps; ++k) {
         const float along = (static_cast<float>(k) + 0.5f) * weight - 0.5f;
-        const Vec2 tap = place + Vec2{static_cast<double>(along * axis.x),
-                                      static_cast<double>(along * axis.y)};
+        const Vec2 tap =
+            place + Vec2{static_cast<double>(along * axis.x), static_cast<double>(along * axis.y)};
         // Half a pixel of grace: a photo that ends with the posts' pixels covers the posts.
         if (tap.x < -1 || tap.y < -1 || tap.x > width_ || tap.y > height_) continue;
         if (blend.coarser < 1.0f) addTap(mips_[mip], tap, weight * (1.0f - blend.coarser), sum);

@@ -128,8 +128,10 @@ std::optional<Plinth::WallHit> Plinth::firstWall(const Ray& ray, double tMax) co
     clip(ray.x, ray.dx, static_cast<double>(cellsI_));
     clip(ray.y, ray.dy, static_cast<double>(cellsJ_));
     std::optional<WallHit> found;
-    if (!(tIn < tOut)) return found;
+    // Nothing stands above the highest ground; bent rays come down later than straight ones.
     const auto highest = static_cast<double>(cut_.maxZ);
+    if (ray.dz < 0) tIn = std::max(tIn, (highest - ray.z) / ray.dz);
+    if (!(tIn < tOut)) return found;
     walkSquares(ray, static_cast<double>(kBlock), tIn, tOut,
                 [&](int64_t i, int64_t j, double t, double tEnd, bool) {
                     const double z0 = heightOn(ray, t), z1 = heightOn(ray, tEnd);

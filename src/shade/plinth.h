@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The plain plinth of --base: vertical walls from the rim of the terrain, and of its holes, down to
-// a level base, as model makers build them. A decoration of pictures: no hit, AOV or query knows it.
+// a level base, as model makers build them. A decoration of pictures: no hit, AOV or query knows
+// it.
 #pragma once
 
 #include <cstdint>

@@ -53,8 +53,7 @@ bool looksLikeSea(const SurveyGrid& grid) {
         flat += std::abs(heights[k]) < 0.01f && std::abs(heights[k - 1]) < 0.01f &&
                 std::abs(heights[k - static_cast<size_t>(width)]) < 0.01f;
     }
-    return static_cast<double>(flat) > 0.003 * static_cast<double>(valid) &&
-           grid.maxZ > 20.0f;
+    return static_cast<double>(flat) > 0.003 * static_cast<double>(valid) && grid.maxZ > 20.0f;
 }
 
 /// Houses and trees: a few metres apart, cliffs are common although the relief is low.
@@ -84,8 +83,8 @@ Tint stopTint(std::span<const RampStop> stops, float position) {
     const RampStop &a = stops[k - 1], &b = stops[k];
     const float f = std::clamp((position - a.at) / (b.at - a.at), 0.0f, 1.0f);
     const auto mix = [f](float from, float to) { return from + f * (to - from); };
-    return {rules::sceneFromCodes(mix(a.r, b.r), mix(a.g, b.g), mix(a.b, b.b)),
-            mix(a.rock, b.rock), 1.0f};
+    return {rules::sceneFromCodes(mix(a.r, b.r), mix(a.g, b.g), mix(a.b, b.b)), mix(a.rock, b.rock),
+            1.0f};
 }
 
 /// Ramp position 0..1 of a height between two ends.
@@ -167,8 +166,9 @@ Tint HeightRamp::at(float height) const {
 }
 
 Result<HeightRamp> HeightRamp::make(const std::string& nameOrFile, const HeightSurvey& survey) {
-    const BuiltinRamp* ramp =
-        findBuiltinRamp(!nameOrFile.empty() ? nameOrFile : survey.town ? "paper" : "natural");
+    const BuiltinRamp* ramp = findBuiltinRamp(!nameOrFile.empty() ? nameOrFile
+                                              : survey.town       ? "paper"
+                                                                  : "natural");
     if (!ramp) {
         auto text = readSmallFile(nameOrFile);
         if (!text) return text.error();
@@ -217,7 +217,8 @@ HeightRamp HeightRamp::fromStops(std::span<const ColourStop> stops, float minZ, 
         const ColourStop& a = after == stops.begin() ? stops.front() : *(after - 1);
         const ColourStop& b = after == stops.end() ? stops.back() : *after;
         const double run = b.height - a.height;
-        const float f = run > 0 ? std::clamp(static_cast<float>((z - a.height) / run), 0.f, 1.f) : 0;
+        const float f =
+            run > 0 ? std::clamp(static_cast<float>((z - a.height) / run), 0.f, 1.f) : 0;
         const auto mix = [f](float from, float to) { return from + f * (to - from); };
         ramp.land_.tints.push_back(
             {rules::sceneFromCodes(mix(a.r, b.r), mix(a.g, b.g), mix(a.b, b.b)), 0.0f,

@@ -16,16 +16,16 @@ namespace terray {
 
 /// What a ramp has to know of the heights that it colours.
 struct HeightSurvey {
-    float minZ = 0, maxZ = 0;           ///< metres
-    std::vector<float> cumulative;      ///< share of the ground below minZ + k/(n-1) * (maxZ - minZ)
-    bool sea = false;                   ///< 0 is plausibly the level of a sea
-    bool town = false;                  ///< walls: low relief with many cliffs of small cells
+    float minZ = 0, maxZ = 0;       ///< metres
+    std::vector<float> cumulative;  ///< share of the ground below minZ + k/(n-1) * (maxZ - minZ)
+    bool sea = false;               ///< 0 is plausibly the level of a sea
+    bool town = false;              ///< walls: low relief with many cliffs of small cells
 };
 /// A grid of heights to survey (NaN: hole).
 struct SurveyGrid {
     std::span<const float> heights;  ///< row by row
     int width = 0;
-    double cell = 1;        ///< metres between posts
+    double cell = 1;  ///< metres between posts
     float minZ = 0, maxZ = 0;
     bool hasCrs = false;  ///< without one, 0 is never taken for a sea
 };

@@ -7,22 +7,22 @@
 namespace terray {
 namespace {
 
-constexpr RampStop kNatural[] = {
-    {0.00f, 134, 149, 124, 0.45f}, {0.16f, 160, 168, 136, 0.50f}, {0.32f, 194, 189, 156, 0.55f},
-    {0.48f, 206, 188, 153, 0.60f}, {0.64f, 190, 168, 138, 0.65f}, {0.78f, 177, 164, 145, 0.72f},
-    {0.88f, 199, 192, 178, 0.80f}, {1.00f, 240, 241, 243, 0.90f}};
-constexpr RampStop kAtlas[] = {
-    {0.00f, 128, 152, 124, 0.30f}, {0.20f, 168, 180, 142, 0.35f}, {0.40f, 212, 206, 166, 0.40f},
-    {0.58f, 216, 190, 152, 0.45f}, {0.75f, 194, 164, 142, 0.50f}, {0.90f, 214, 206, 202, 0.70f},
-    {1.00f, 240, 240, 241, 0.80f}};
-constexpr RampStop kAlpine[] = {
-    {0.00f, 104, 124, 94, 0.55f},  {0.22f, 134, 144, 112, 0.60f}, {0.42f, 154, 146, 124, 0.70f},
-    {0.58f, 146, 141, 136, 0.75f}, {0.70f, 196, 198, 201, 0.90f}, {0.85f, 228, 231, 235, 0.90f},
-    {1.00f, 242, 244, 247, 0.90f}};
-constexpr RampStop kDesert[] = {
-    {0.00f, 170, 140, 112, 0.25f}, {0.20f, 196, 158, 122, 0.25f}, {0.42f, 214, 180, 140, 0.25f},
-    {0.60f, 196, 148, 112, 0.25f}, {0.78f, 170, 122, 98, 0.25f},  {0.92f, 186, 158, 136, 0.30f},
-    {1.00f, 222, 208, 190, 0.40f}};
+constexpr RampStop kNatural[] = {{0.00f, 134, 149, 124, 0.45f}, {0.16f, 160, 168, 136, 0.50f},
+                                 {0.32f, 194, 189, 156, 0.55f}, {0.48f, 206, 188, 153, 0.60f},
+                                 {0.64f, 190, 168, 138, 0.65f}, {0.78f, 177, 164, 145, 0.72f},
+                                 {0.88f, 199, 192, 178, 0.80f}, {1.00f, 240, 241, 243, 0.90f}};
+constexpr RampStop kAtlas[] = {{0.00f, 128, 152, 124, 0.30f}, {0.20f, 168, 180, 142, 0.35f},
+                               {0.40f, 212, 206, 166, 0.40f}, {0.58f, 216, 190, 152, 0.45f},
+                               {0.75f, 194, 164, 142, 0.50f}, {0.90f, 214, 206, 202, 0.70f},
+                               {1.00f, 240, 240, 241, 0.80f}};
+constexpr RampStop kAlpine[] = {{0.00f, 104, 124, 94, 0.55f},  {0.22f, 134, 144, 112, 0.60f},
+                                {0.42f, 154, 146, 124, 0.70f}, {0.58f, 146, 141, 136, 0.75f},
+                                {0.70f, 196, 198, 201, 0.90f}, {0.85f, 228, 231, 235, 0.90f},
+                                {1.00f, 242, 244, 247, 0.90f}};
+constexpr RampStop kDesert[] = {{0.00f, 170, 140, 112, 0.25f}, {0.20f, 196, 158, 122, 0.25f},
+                                {0.42f, 214, 180, 140, 0.25f}, {0.60f, 196, 148, 112, 0.25f},
+                                {0.78f, 170, 122, 98, 0.25f},  {0.92f, 186, 158, 136, 0.30f},
+                                {1.00f, 222, 208, 190, 0.40f}};
 constexpr RampStop kIce[] = {{0.00f, 128, 156, 176, 0.60f},
                              {0.30f, 174, 198, 212, 0.70f},
                              {0.65f, 214, 226, 233, 0.75f},
@@ -38,19 +38,23 @@ constexpr RampStop kViridis[] = {
     {0.750f, 94, 201, 98, 0},  {0.875f, 173, 220, 48, 0}, {1.000f, 253, 231, 37, 0}};
 
 // From the deepest place to the shore.
-constexpr RampStop kSea[] = {{0.00f, 46, 72, 104, 0.10f},  {0.35f, 66, 100, 134, 0.10f},
-                             {0.65f, 96, 134, 162, 0.10f}, {0.88f, 128, 164, 184, 0.10f},
+constexpr RampStop kSea[] = {{0.00f, 46, 72, 104, 0.10f},
+                             {0.35f, 66, 100, 134, 0.10f},
+                             {0.65f, 96, 134, 162, 0.10f},
+                             {0.88f, 128, 164, 184, 0.10f},
                              {1.00f, 150, 183, 197, 0.10f}};
 
 constexpr std::array<BuiltinRamp, 9> kRamps{{
     {"natural", "grey-green lowland, beige, warm brown, grey rock, near-white tops (default)",
      kNatural, kSea, 0.5f, true, false},
-    {"atlas", "lighter, cross-blended hypsometric tints of atlases", kAtlas, kSea, 0.5f, true, false},
+    {"atlas", "lighter, cross-blended hypsometric tints of atlases", kAtlas, kSea, 0.5f, true,
+     false},
     {"alpine", "dark valleys, grey rock and much snow", kAlpine, kSea, 0.4f, false, false},
     {"desert", "sand, ochre and red rock", kDesert, kSea, 0.5f, false, false},
     {"ice", "blue-grey to white, for glaciers and polar land", kIce, kSea, 0.5f, false, false},
     {"sea", "sea floor in blues below 0, natural tints above", kNatural, kSea, 0.5f, true, true},
-    {"paper", "warm off-white, lets the light speak: cities, models", kPaper, kSea, 0.5f, false, false},
+    {"paper", "warm off-white, lets the light speak: cities, models", kPaper, kSea, 0.5f, false,
+     false},
     {"grey", "linear greys", kGrey, {}, 0.0f, false, false},
     {"viridis", "linear, perceptually even: for reading values", kViridis, {}, 0.0f, false, false},
 }};

@@ -98,8 +98,8 @@ Result<std::vector<ColourStop>> parseColourText(const std::string& text, const s
         ColourStop stop;
         const bool percent = key.ends_with('%');
         const bool special = key == "nv" || key == "default";  // holes are not drawn anyway
-        if ((!special && !parseNumber(percent ? key.substr(0, key.size() - 1) : key,
-                                      stop.height)) ||
+        if ((!special &&
+             !parseNumber(percent ? key.substr(0, key.size() - 1) : key, stop.height)) ||
             !parseColour(words, stop)) {
             return makeError(ErrorCode::Input,
                              "'{}' line {}: '{}' is not a colour stop; write `height red green "

@@ -36,8 +36,8 @@ TEST(ColourText, ReadsAllThatGdalWrites) {
     ASSERT_EQ(stops.size(), 5u);
     EXPECT_EQ(stops[0].height, 0);
     EXPECT_EQ(stops[1].a, 128);
-    EXPECT_EQ(stops[2].r, 127);        // equal heights keep the file's order
-    EXPECT_EQ(stops[3].height, 200);   // 50 % of 100..300
+    EXPECT_EQ(stops[2].r, 127);       // equal heights keep the file's order
+    EXPECT_EQ(stops[3].height, 200);  // 50 % of 100..300
     EXPECT_EQ(stops[3].g, 80);
     EXPECT_EQ(stops[4].b, 255);
 }
@@ -86,8 +86,8 @@ TEST(HeightSurvey, SharesGrowFromZeroToOne) {
     std::mt19937 random(5);
     std::lognormal_distribution<float> heights(4, 1.5f);
     std::vector<float> z(200 * 200);
-    for (float& v : z) v = random() % 7 == 0 ? std::numeric_limits<float>::quiet_NaN()
-                                             : heights(random);
+    for (float& v : z)
+        v = random() % 7 == 0 ? std::numeric_limits<float>::quiet_NaN() : heights(random);
     const HeightSurvey s = survey(z, 200, true);
     EXPECT_EQ(s.cumulative.front(), 0.0f);
     EXPECT_NEAR(s.cumulative.back(), 1.0f, 1e-5f);
@@ -105,7 +105,8 @@ TEST(HeightRamp, GreyRisesWithHeightAndFlatTerrainsWork) {
         last = now;
     }
     for (const BuiltinRamp& builtin : builtinRamps()) {
-        const auto flat = HeightRamp::make(std::string(builtin.name), survey({7, 7, 7, 7}, 2, true));
+        const auto flat =
+            HeightRamp::make(std::string(builtin.name), survey({7, 7, 7, 7}, 2, true));
         ASSERT_TRUE(flat.ok());
         EXPECT_TRUE(std::isfinite(flat->at(7).colour.r + flat->at(7).rock)) << builtin.name;
     }

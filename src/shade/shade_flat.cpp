@@ -51,14 +51,14 @@ Rgb DeferredShader::flatColour(const Hit& hit, double px, double py,
             colour = grey(std::min(1.0f, 0.08f + 1.36f * rules::multiHillshade(ground.normal)));
             break;
         case Shading::Slope:
-            colour = slopeColour(static_cast<float>(
-                degFromRad(static_cast<double>(std::atan(ground.slope())))));
+            colour = slopeColour(
+                static_cast<float>(degFromRad(static_cast<double>(std::atan(ground.slope())))));
             break;
         case Shading::Normal: colour = normalColour(ground.normal); break;
         case Shading::Height: {
             const TerrainInfo& info = terrain_.info();
-            colour = scaleColour((ground.height - info.minZ) /
-                                 std::max(info.maxZ - info.minZ, 1e-3f));
+            colour =
+                scaleColour((ground.height - info.minZ) / std::max(info.maxZ - info.minZ, 1e-3f));
             break;
         }
         case Shading::Depth: {
@@ -78,9 +78,9 @@ Rgb DeferredShader::flatColour(const Hit& hit, double px, double py,
     if (contours) {
         const float perPixel = glm::length(glm::vec2{glm::dot(ground.gradient, ground.footX),
                                                      glm::dot(ground.gradient, ground.footY)});
-        colour *= 1.0f - 0.8f * rules::contourCover(
-                                    ground.height, perPixel,
-                                    static_cast<float>(settings_.options.contoursM));
+        colour *=
+            1.0f - 0.8f * rules::contourCover(ground.height, perPixel,
+                                              static_cast<float>(settings_.options.contoursM));
     }
     return colour;
 }
@@ -88,8 +88,8 @@ Rgb DeferredShader::flatColour(const Hit& hit, double px, double py,
 Rgb DeferredShader::shadowStepsColour(const Hit& hit, ShadeCounters& counters) const {
     const CellPosts posts = cellPosts(cut_, hit);
     const LatticePlace place = hitPlace(cut_, hit);
-    const float height = cut_.constantSurface ? posts.nearest(hit.u, hit.v)
-                                              : posts.heightAt(hit.u, hit.v);
+    const float height =
+        cut_.constantSurface ? posts.nearest(hit.u, hit.v) : posts.heightAt(hit.u, hit.v);
     const Ray ray = sunRays_.from(place.i, place.j, static_cast<double>(height));
     uint8_t dark = 0;
     TraceCounters traced;

@@ -118,7 +118,9 @@ std::optional<Rgb> DeferredShader::plinthColour(const Hit& hit, double px, doubl
     if (!wall) return std::nullopt;
     const glm::vec3 view = ground_.viewAt(px, py);
     const glm::vec3 normal = glm::dot(wall->normal, view) > 0 ? -wall->normal : wall->normal;
-    const float facing = std::max(0.0f, glm::dot(normal, glm::vec3(settings_.sun.towards)));
+    // Even light with a hint of the sun, so that the small steps of a ragged rim do not flash.
+    const float facing =
+        std::max(0.0f, 0.34f + 0.10f * glm::dot(normal, glm::vec3(settings_.sun.towards)));
     constexpr float kHalfOpen = 0.75f;  // a wall sees half of the sky and bright floor below
     return rules::throughAir(air_, kPlinth * rules::lightOn(light_, facing, 1, kHalfOpen, 0.5f),
                              wall->t);

@@ -81,9 +81,8 @@ Result<void> DeferredShader::prepare() {
     Overview overview = makeOverview(cut_, info.scheme, kOverviewPosts);
     if (needsRamp(settings_.shading)) {
         const double cell = std::ldexp(info.worldFromLattice.columnLength(), overview.mip);
-        const HeightSurvey survey =
-            surveyHeights({overview.heights, overview.width, cell, info.minZ, info.maxZ,
-                           !info.crsWkt.empty()});
+        const HeightSurvey survey = surveyHeights(
+            {overview.heights, overview.width, cell, info.minZ, info.maxZ, !info.crsWkt.empty()});
         auto ramp = HeightRamp::make(settings_.options.ramp, survey);
         if (!ramp) return ramp.error();
         ramp_ = std::move(*ramp);

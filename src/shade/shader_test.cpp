@@ -157,7 +157,8 @@ TEST(Shader, ThePlinthFillsUnderTheRimAndHidesNoGround) {
 
 TEST(Shader, ShadowsDarkenButStayReadable) {
     // A wall along the west throws a shadow on level ground.
-    const FunctionSource source(200, 200, 10, [](int64_t i, int64_t) { return i < 60 ? 400. : 0.; });
+    const FunctionSource source(200, 200, 10,
+                                [](int64_t i, int64_t) { return i < 60 ? 400. : 0.; });
     ShadeScene scene(source, cameraOver(source, 64, 48));
     scene.settings.options.samples = 1;
     scene.settings.options.hazeKm = 0;

@@ -22,7 +22,8 @@ void fillRims(const Overview& view, std::vector<float>& open) {
     const int w = view.width, h = view.height;
     oneapi::tbb::parallel_for(0, h, [&](int j) {
         for (int i = 0; i < w; ++i) {
-            const size_t at = static_cast<size_t>(j) * static_cast<size_t>(w) + static_cast<size_t>(i);
+            const size_t at =
+                static_cast<size_t>(j) * static_cast<size_t>(w) + static_cast<size_t>(i);
             if (!std::isnan(view.heights[at])) continue;
             float sum = 0, count = 0;
             for (int y = std::max(0, j - 1); y <= std::min(h - 1, j + 1); ++y) {
@@ -58,7 +59,8 @@ SkyLight::SkyLight(Overview overview, const Affine2& worldFromLattice, double ex
     for (size_t k = 0; k < open.size(); ++k)
         finest.open[k] = static_cast<uint16_t>(std::clamp(open[k], 0.0f, 1.0f) * kCodes + 0.5f);
     mips_.push_back(std::move(finest));
-    while (mips_.back().width >= 4 && mips_.back().height >= 4) mips_.push_back(halve(mips_.back()));
+    while (mips_.back().width >= 4 && mips_.back().height >= 4)
+        mips_.push_back(halve(mips_.back()));
 }
 
 SkyLight::Mip SkyLight::halve(const Mip& fine) {
@@ -69,7 +71,8 @@ SkyLight::Mip SkyLight::halve(const Mip& fine) {
     coarse.shift = fine.shift * 0.5 - 0.25;
     coarse.open.resize(static_cast<size_t>(coarse.width) * static_cast<size_t>(coarse.height));
     for (int j = 0; j < coarse.height; ++j) {
-        const uint16_t* top = &fine.open[static_cast<size_t>(2 * j) * static_cast<size_t>(fine.width)];
+        const uint16_t* top =
+            &fine.open[static_cast<size_t>(2 * j) * static_cast<size_t>(fine.width)];
         const uint16_t* bottom = top + fine.width;
         uint16_t* out = &coarse.open[static_cast<size_t>(j) * static_cast<size_t>(coarse.width)];
         for (int i = 0; i < coarse.width; ++i)
@@ -95,8 +98,7 @@ float SkyLight::Mip::at(double i, double j) const {
 
 float SkyLight::at(double i, double j, float footprint) const {
     const float posts = footprint * static_cast<float>(mips_[0].scale);
-    const rules::MipBlend blend =
-        rules::mipBlend(posts, static_cast<int>(mips_.size()) - 1);
+    const rules::MipBlend blend = rules::mipBlend(posts, static_cast<int>(mips_.size()) - 1);
     const float fine = mips_[static_cast<size_t>(blend.mip)].at(i, j);
     if (blend.coarser <= 0) return fine;
     return fine + blend.coarser * (mips_[static_cast<size_t>(blend.mip) + 1].at(i, j) - fine);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // With P0 the place where the sun's elevation e holds and a the horizontal unit vector towards it,
-// tan(elevation at P) = tan e + 2 c X a.(P - P0) in picture space (exaggeration X): all sun rays are
-// translates of one parabola.
+// tan(elevation at P) = tan e + 2 c X a.(P - P0) in picture space (exaggeration X): all sun rays
+// are translates of one parabola.
 #include "shade/sun_rays.h"
 
 #include <cmath>
@@ -33,7 +33,8 @@ Ray SunRays::from(double i, double j, double z, Vec2 onDisc) const {
     constexpr double kDisc = radFromDeg(0.45);
     const Vec2 ahead = cosine_ > 0 ? horizontal_ / cosine_ : Vec2{0, 1};
     const Vec2 sideways{-ahead.y, ahead.x};
-    const Vec2 aim = horizontal_ - ahead * (kDisc * onDisc.y * sine_) + sideways * (kDisc * onDisc.x);
+    const Vec2 aim =
+        horizontal_ - ahead * (kDisc * onDisc.y * sine_) + sideways * (kDisc * onDisc.x);
     const LatticePoint step = worldFromLattice_.latticeDirection(aim);
     Ray ray;
     ray.x = i;

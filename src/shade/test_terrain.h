@@ -98,7 +98,8 @@ inline Camera cameraOver(const FunctionSource& source, int width, int height) {
     const TerrainInfo& info = source.info();
     const Vec2 middle = info.worldFromLattice.worldFromLattice(
         {static_cast<double>(info.scheme.columns) / 2, static_cast<double>(info.scheme.rows) / 2});
-    const double size = info.worldFromLattice.columnLength() * static_cast<double>(info.scheme.rows);
+    const double size =
+        info.worldFromLattice.columnLength() * static_cast<double>(info.scheme.rows);
     Camera camera;
     camera.width = width;
     camera.height = height;

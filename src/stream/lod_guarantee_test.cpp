@@ -95,7 +95,7 @@ private:
                     Tally& tally) const {
         const Vec3 direction = rays_.camera().rayThrough(px, py).direction;
         const Vec2 heading = glm::normalize(Vec2{direction.x, direction.y});
-        // One radian up in the vertical plane of the ray: where its image runs.
+        // Up in the vertical plane of the ray: its image points to the vertical vanishing point.
         const Vec3 up = glm::normalize(Vec3{0, 0, 1} - direction.z * direction);
         const Vec2 line = imageStep(px, py, direction, up);
         const Vec2 below{px - tolerancePx * line.x, py - tolerancePx * line.y};
@@ -119,12 +119,10 @@ private:
     Vec2 imageStep(double px, double py, const Vec3& direction, const Vec3& up) const {
         const Camera& camera = rays_.camera();
         if (camera.projection == Projection::Panorama) return {0, -1};
-        const double h = 1e-6;
-        Vec3 moved = direction + h * up;
         if (camera.projection == Projection::Ortho) {
             return glm::normalize(Vec2{camera.right.z, -camera.up.z});
         }
-        const Vec3 there = *camera.project(camera.eye + moved);
+        const Vec3 there = *camera.project(camera.eye + (direction + 1e-6 * up));
         return glm::normalize(Vec2{there.x - px, there.y - py});
     }
 

@@ -49,7 +49,7 @@ HWY_INLINE void stepNodes(const TerrainCut& cut, const Pools& pools, Packet& k, 
     const VI side = hn::IfThenZeroElse(empty, select(above, one, setI(-1)));
     if (!hn::AllFalse(DI(), skip)) moveOn(cut, k, keepSide(k, skip, side), e, lanes);
     const MI down = hn::AndNot(skip, lanes);
-    if (!hn::AllFalse(DI(), down)) goDown(k, down, e, r.entry, top);
+    if (!hn::AllFalse(DI(), down)) goDown(k, down, e, r.entry, top, error);
     storeI(lanes, loadI(b.steps + k.p) + one, b.steps + k.p);
 }
 
@@ -262,7 +262,7 @@ HWY_INLINE void stepDirectory(const TerrainCut& cut, const Pools& pools, Packet&
     const MI inside = hn::AndNot(skip, here);
     const MI drawn = hn::And(inside, hn::Eq(state, setI(kSquareDrawn)));
     const MI down = hn::AndNot(drawn, inside);
-    if (!hn::AllFalse(DI(), down)) goDown(k, down, e, r.entry, maxZ + error);
+    if (!hn::AllFalse(DI(), down)) goDown(k, down, e, r.entry, maxZ + error, error);
     if (!hn::AllFalse(DI(), drawn)) enterTiles(cut, pools, k, drawn, slot);
     storeI(lanes, loadI(b.steps + k.p) + one, b.steps + k.p);
 }

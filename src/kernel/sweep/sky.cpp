@@ -125,17 +125,17 @@ void sweepDirection(const SkyGrid& grid, const Direction& direction, float* visi
     const std::vector<Line> lines = linesAlong(grid, direction);
     // The lines of one direction are disjoint, and every post adds up its directions in the same
     // order: the sums do not depend on threads.
-    oneapi::tbb::parallel_for(
-        oneapi::tbb::blocked_range<size_t>(0, lines.size(), 32), [&](const auto& range) {
-            thread_local std::vector<HullPost> hull;
-            for (size_t k = range.begin(); k != range.end(); ++k) {
-                const Line& there = lines[k];
-                const Line back{there.first + there.step * (there.count - 1), -there.step,
-                                there.count};
-                sweepLine(grid.heights, visible, there, direction, hull);
-                sweepLine(grid.heights, visible, back, direction, hull);
-            }
-        });
+    oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<size_t>(0, lines.size(), 32),
+                              [&](const auto& range) {
+                                  thread_local std::vector<HullPost> hull;
+                                  for (size_t k = range.begin(); k != range.end(); ++k) {
+                                      const Line& there = lines[k];
+                                      const Line back{there.first + there.step * (there.count - 1),
+                                                      -there.step, there.count};
+                                      sweepLine(grid.heights, visible, there, direction, hull);
+                                      sweepLine(grid.heights, visible, back, direction, hull);
+                                  }
+                              });
 }
 
 }  // namespace

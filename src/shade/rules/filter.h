@@ -24,8 +24,8 @@ struct MipBlend {
 /// For a footprint in samples of mip 0. Blends over the middle half of the way only, so that half
 /// of all places need one mip and not two.
 inline MipBlend mipBlend(float footprint, int last) {
-    const float wanted = std::clamp(roughLog2(std::max(footprint, 1e-6f)), 0.0f,
-                                    static_cast<float>(last));
+    const float wanted =
+        std::clamp(roughLog2(std::max(footprint, 1e-6f)), 0.0f, static_cast<float>(last));
     const int mip = static_cast<int>(wanted);
     const float share = (wanted - static_cast<float>(mip)) * 2.0f - 0.5f;
     return {mip, mip < last ? std::clamp(share, 0.0f, 1.0f) : 0.0f};

@@ -30,8 +30,8 @@ inline float isoCover(float v, float perPixel, float halfWidth) {
 /// Contour lines every `interval`, each fifth an index line, heavier. Returns cover 0..1.
 inline float contourCover(float height, float heightPerPixel, float interval) {
     const float plain = isoCover(height / interval, heightPerPixel / interval, 0.35f);
-    const float index = isoCover(height / (5.0f * interval), heightPerPixel / (5.0f * interval),
-                                 0.75f);
+    const float index =
+        isoCover(height / (5.0f * interval), heightPerPixel / (5.0f * interval), 0.75f);
     return std::max(0.55f * plain, 0.75f * index);
 }
 
