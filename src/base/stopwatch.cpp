@@ -2,6 +2,7 @@
 // Memory figures from the operating system.
 #include "base/stopwatch.h"
 
+#include <malloc.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -17,5 +18,7 @@ uint64_t physicalMemoryBytes() {
     return static_cast<uint64_t>(sysconf(_SC_PHYS_PAGES)) *
            static_cast<uint64_t>(sysconf(_SC_PAGE_SIZE));
 }
+
+void releaseFreedMemory() { malloc_trim(0); }
 
 }  // namespace terray

@@ -20,7 +20,7 @@ uint64_t budgetBytes(uint64_t asked, uint64_t physical) {
 }  // namespace
 
 uint64_t gdalCacheBytes(uint64_t asked, uint64_t physical) {
-    return std::clamp(budgetBytes(asked, physical) / 16, 4 * kMiB, 64 * kMiB);
+    return std::clamp(budgetBytes(asked, physical) / 128, 4 * kMiB, 16 * kMiB);
 }
 
 std::string bytesText(uint64_t bytes) {
@@ -39,7 +39,7 @@ Result<MemoryPlan> planMemory(const std::string& source, uint64_t required, uint
     const uint64_t total = required + plan.gdalCache + plan.frame;
     if (total > plan.budget) {
         // At this size the frame takes its full share; round up to what a user would type.
-        const uint64_t needed = required + 64 * kMiB + kFrameBytes;
+        const uint64_t needed = required + 16 * kMiB + kFrameBytes;
         const uint64_t mib = (needed + 64 * kMiB - 1) / (64 * kMiB) * 64;
         const bool fits = mib * kMiB <= physical;
         const std::string advice =

@@ -58,6 +58,7 @@ Result<std::unique_ptr<ResidentTerrain>> ResidentTerrain::build(const HeightSour
     if (!loaded) return loaded.error();
     terrain->info_.minZ = loaded.value().minZ;
     terrain->info_.maxZ = loaded.value().maxZ;
+    releaseFreedMemory();
     stats.loadMs = loading.elapsedMs();
 
     const Stopwatch building;
