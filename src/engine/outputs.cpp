@@ -39,6 +39,7 @@ Result<OutputFiles> OutputFiles::make(int width, int height, bool hasAlpha,
         ImageSpec spec = baseSpec(width, height, georeference);
         spec.channels = files.channels_;
         spec.type = files.linear_ ? PixelType::Float : PixelType::Byte;
+        spec.halfFloat = true;
         spec.jpegQuality = outputs.jpegQuality;
         auto writer = makeImageWriter(outputs.path, spec);
         if (!writer) return writer.error();
@@ -47,6 +48,7 @@ Result<OutputFiles> OutputFiles::make(int width, int height, bool hasAlpha,
     for (const AovOutput& aov : outputs.aovs) {
         ImageSpec spec = baseSpec(width, height, georeference);
         spec.channels = aovChannels(aov.aov);
+        if (spec.channels == 3) spec.channelNames = {"X", "Y", "Z"};
         spec.type = PixelType::Float;
         auto writer = makeImageWriter(aov.path, spec);
         if (!writer) return writer.error();

@@ -35,6 +35,7 @@ public:
     void fillAov(Aov aov, const ImageTile& tile, std::span<const Hit> hits,
                  std::span<float> out) const override;
     double skyMs() const override { return skyMs_; }
+    const HeightRamp* ramp() const override { return ramp_ ? &*ramp_ : nullptr; }
 
 private:
     /// A hit made ready for light.
