@@ -110,59 +110,20 @@ void loadHitCells(const TerrainCut& cut, const RayBlock& b, int count, simd::Hit
     }
 }
 
-void firstHitsBlock(const TerrainCut& cut, std::span<const Ray> rays, const HeadStart& start,
-                    std::span<Hit> hits, TraceCounters& counters) {
-    simd::RayLanes lanes;
-    RayBlock b;
-    simd::HitLanes h;
-    const int count = static_cast<int>(rays.size());
-    const int padded = (count + 15) / 16 * 16;
-    for (int k = 0; k < padded; ++k) {
-        const Ray& ray = rays[static_cast<size_t>(std::min(k, count - 1))];
-        lanes.x[k] = ray.x;
-        lanes.y[k] = ray.y;
-        lanes.z[k] = ray.z;
-        lanes.dx[k] = ray.dx;
-        lanes.dy[k] = ray.dy;
-        lanes.dz[k] = ray.dz;
-        lanes.bend[k] = ray.bend;
-        lanes.begin[k] = ray.tMin;
-        lanes.clear[k] = start.clear.empty()
-                             ? ray.tMin
-                             : start.clear[static_cast<size_t>(std::min(k, count - 1))];
-        lanes.end[k] = k < count ? ray.tMax : -1e300;
-    }
-    simd::placeRays(cut, lanes, b, padded, start.clear.empty() ? simd::kEnterAtTop : start.level);
-    simd::traceBlock(cut, b, padded);
-    const bool bilinear = cut.constantSurface == 0;
-    if (bilinear) {
-        loadHitCells(cut, b, padded, h);
-        simd::finishHits(lanes, h, padded);
-    }
-    for (int k = 0; k < count; ++k) {
-        Hit& hit = hits[static_cast<size_t>(k)];
-        hit = Hit{};
-        hit.steps = stepCount(b.steps[k]);
-        counters.steps += static_cast<uint64_t>(b.steps[k]);
-        if (b.result[k] == simd::kResultMiss) continue;
-        if (b.result[k] == simd::kResultHit && bilinear && !std::isnan(h.t[k])) {
-            const int mip = b.mip[k];
-            hit.t = static_cast<float>(h.t[k]);
-            hit.tile = static_cast<uint32_t>(b.slot[k]);
-            hit.cell = static_cast<uint32_t>(((b.y[k] >> mip) & 511) * kSlotCells +
-                                             ((b.x[k] >> mip) & 511));
-            hit.u = h.u[k];
-            hit.v = h.v[k];
-            hit.mip = static_cast<uint8_t>(mip);
-            hit.flags = static_cast<uint8_t>(kHitValid | (h.fromBelow[k] != 0 ? kHitFromBelow : 0));
-        } else {
-            hit = exact::firstHit(cut, rays[static_cast<size_t>(k)]);
-            counters.steps += hit.steps;
-            ++counters.redone;
-        }
-        counters.hits += isHit(hit) ? 1u : 0u;
-    }
-    counters.rays += static_cast<uint64_t>(count);
+/// The hit of lane k, which float lanes saw for certain and double precision found.
+Hit hitOf(const RayBlock& b, const simd::HitLanes& h, int k) {
+    const int mip = b.mip[k];
+    Hit hit;
+    hit.t = static_cast<float>(h.t[k]);
+    hit.tile = static_cast<uint32_t>(b.slot[k]);
+    hit.cell =
+        static_cast<uint32_t>(((b.y[k] >> mip) & 511) * kSlotCells + ((b.x[k] >> mip) & 511));
+    hit.u = h.u[k];
+    hit.v = h.v[k];
+    hit.steps = stepCount(b.steps[k]);
+    hit.mip = static_cast<uint8_t>(mip);
+    hit.flags = static_cast<uint8_t>(kHitValid | (h.fromBelow[k] != 0 ? kHitFromBelow : 0));
+    return hit;
 }
 
 enum class FirstCell { Occluded, GoesOn, Uncertain };
@@ -275,18 +236,48 @@ void occludedBlock(const TerrainCut& cut, std::span<const Hit> hits, std::span<c
 
 }  // namespace
 
-void firstHits(const TerrainCut& cut, std::span<const Ray> rays, std::span<Hit> hits,
+void firstHits(const TerrainCut& cut, RayBatch& batch, int count, int level, std::span<Hit> hits,
                TraceCounters& counters) {
-    firstHits(cut, rays, HeadStart{}, hits, counters);
+    RayBlock b;
+    simd::HitLanes h;
+    const int padded = (count + 15) / 16 * 16;
+    for (int k = count; k < padded; ++k) {
+        batch.set(k, batch.ray(0));
+        batch.end[k] = -1e300;
+    }
+    simd::placeRays(cut, batch, b, padded, level);
+    simd::traceBlock(cut, b, padded);
+    const bool bilinear = cut.constantSurface == 0;
+    if (bilinear) {
+        loadHitCells(cut, b, padded, h);
+        simd::finishHits(batch, h, padded);
+    }
+    for (int k = 0; k < count; ++k) {
+        Hit& hit = hits[static_cast<size_t>(k)];
+        counters.steps += static_cast<uint64_t>(b.steps[k]);
+        if (b.result[k] == simd::kResultMiss) {
+            hit = Hit{};
+            hit.steps = stepCount(b.steps[k]);
+        } else if (b.result[k] == simd::kResultHit && bilinear && !std::isnan(h.t[k])) {
+            hit = hitOf(b, h, k);
+        } else {
+            hit = exact::firstHit(cut, batch.ray(k));
+            counters.steps += hit.steps;
+            ++counters.redone;
+        }
+        counters.hits += isHit(hit) ? 1u : 0u;
+    }
+    counters.rays += static_cast<uint64_t>(count);
 }
 
-void firstHits(const TerrainCut& cut, std::span<const Ray> rays, const HeadStart& start,
-               std::span<Hit> hits, TraceCounters& counters) {
-    for (size_t first = 0; first < rays.size(); first += kBlockRays) {
-        const size_t count = std::min<size_t>(kBlockRays, rays.size() - first);
-        HeadStart part = start;
-        if (!start.clear.empty()) part.clear = start.clear.subspan(first, count);
-        firstHitsBlock(cut, rays.subspan(first, count), part, hits.subspan(first, count), counters);
+void firstHits(const TerrainCut& cut, std::span<const Ray> rays, std::span<Hit> hits,
+               TraceCounters& counters) {
+    RayBatch batch;
+    for (size_t first = 0; first < rays.size(); first += kBatchRays) {
+        const size_t count = std::min<size_t>(kBatchRays, rays.size() - first);
+        for (size_t k = 0; k < count; ++k) batch.set(static_cast<int>(k), rays[first + k]);
+        firstHits(cut, batch, static_cast<int>(count), simd::kEnterAtTop,
+                  hits.subspan(first, count), counters);
     }
 }
 

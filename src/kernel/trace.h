@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "kernel/layout/layout.h"
+#include "kernel/ray_batch.h"
 
 namespace terray {
 
@@ -24,14 +25,11 @@ struct TraceCounters {
 void firstHits(const TerrainCut& cut, std::span<const Ray> rays, std::span<Hit> hits,
                TraceCounters& counters);
 
-/// What is known of rays before they are traced (kernel/beam.h): ray k is above the surface until
-/// clear[k]; blocks larger than 2^level cells are of no use from there. Hits do not depend on it.
-struct HeadStart {
-    std::span<const double> clear;
-    int level = 0;
-};
-void firstHits(const TerrainCut& cut, std::span<const Ray> rays, const HeadStart& start,
-               std::span<Hit> hits, TraceCounters& counters);
+/// The first `count` rays of a batch whose fields are all set, with a head start (kernel/beam.h):
+/// from batch.clear[k] on, blocks larger than 2^level cells are of no use. Hits do not depend on
+/// it. Narrows batch.begin and end.
+void firstHits(const TerrainCut& cut, RayBatch& batch, int count, int level, std::span<Hit> hits,
+               TraceCounters& counters);
 
 /// Shadow tests: occluded[k] = 1 where the ray leaving hits[k] (a point on the drawn surface) meets
 /// the surface again at t > 0. rays[k] has its origin at the hit's place; the known root t = 0 is

@@ -6,6 +6,7 @@
 #include "view/ray_frame.h"
 
 #include "base/assert.h"
+#include "base/simd_clones.h"
 
 namespace terray {
 
@@ -50,6 +51,72 @@ void RayFrame::makeLinear() {
     base_.ray.tMin = 0;
     alongX_ = linear(ortho ? stepX : none, ortho ? none : stepX);
     alongY_ = linear(ortho ? stepY : none, ortho ? none : stepY);
+}
+
+namespace {
+
+/// What the loop below needs of a frame, in plain numbers: value at the centre, per pixel along x
+/// and y.
+struct LinearRays {
+    double x[3], y[3], z[3], dx[3], dy[3], dz[3], east[3], north[3];
+    double exaggeration, bend, w;
+};
+
+TERRAY_SIMD_CLONES
+void fillLinear(const LinearRays& r, const double* px, const double* py, int count, RayBatch& b) {
+    const auto at = [](const double(&c)[3], double i, double j) {
+        return c[0] + i * c[1] + j * c[2];
+    };
+    for (int k = 0; k < count; ++k) {
+        const double i = px[k], j = py[k];
+        const double east = at(r.east, i, j), north = at(r.north, i, j), dz = at(r.dz, i, j);
+        const double rise = dz * r.exaggeration, level = east * east + north * north;
+        const double length = std::sqrt(level + rise * rise), s = 1.0 / length;
+        b.x[k] = at(r.x, i, j);
+        b.y[k] = at(r.y, i, j);
+        b.z[k] = at(r.z, i, j);
+        b.dx[k] = at(r.dx, i, j) * s;
+        b.dy[k] = at(r.dy, i, j) * s;
+        b.dz[k] = dz * s;
+        b.bend[k] = r.bend * level * (s * s);
+        b.begin[k] = 0.0;
+        b.end[k] = 1e30;
+        b.clear[k] = r.w * length;
+    }
+}
+
+}  // namespace
+
+void RayFrame::fillBatch(std::span<const double> px, std::span<const double> py, double w,
+                         RayBatch& batch) const {
+    const size_t count = px.size();
+    TERRAY_ASSERT(count <= kBatchRays && py.size() == count);
+    if (camera_.projection == Projection::Panorama) {
+        for (size_t k = 0; k < count; ++k) {
+            const PencilRay pencil = panoramaRay(px[k], py[k]);
+            batch.set(static_cast<int>(k), unitRay(pencil));
+            batch.clear[k] = w * pencil.length;
+        }
+        return;
+    }
+    const Linear &a = base_, &i = alongX_, &j = alongY_;
+    const LinearRays r{{a.ray.x, i.ray.x, j.ray.x},
+                       {a.ray.y, i.ray.y, j.ray.y},
+                       {a.ray.z, i.ray.z, j.ray.z},
+                       {a.ray.dx, i.ray.dx, j.ray.dx},
+                       {a.ray.dy, i.ray.dy, j.ray.dy},
+                       {a.ray.dz, i.ray.dz, j.ray.dz},
+                       {a.east, i.east, j.east},
+                       {a.north, i.north, j.north},
+                       exaggeration_,
+                       bend_,
+                       w};
+    double fromCentreX[kBatchRays], fromCentreY[kBatchRays];
+    for (size_t k = 0; k < count; ++k) {
+        fromCentreX[k] = px[k] - 0.5 * camera_.width;
+        fromCentreY[k] = py[k] - 0.5 * camera_.height;
+    }
+    fillLinear(r, fromCentreX, fromCentreY, static_cast<int>(count), batch);
 }
 
 RayFrame::PencilRay RayFrame::panoramaRay(double px, double py) const {

@@ -4,8 +4,10 @@
 #pragma once
 
 #include <cmath>
+#include <span>
 
 #include "kernel/layout/layout.h"
+#include "kernel/ray_batch.h"
 #include "math/affine.h"
 #include "view/camera.h"
 
@@ -39,6 +41,10 @@ public:
         r.ray.bend = bend_ * horizontal;
         return {r.ray, std::sqrt(horizontal + rise * rise)};
     }
+    /// Places in the picture to rays by distance, each known to be clear until w along its pencil
+    /// ray.
+    void fillBatch(std::span<const double> px, std::span<const double> py, double w,
+                   RayBatch& batch) const;
     /// The same ray by distance in metres.
     static Ray unitRay(const PencilRay& pencil) {
         Ray ray = pencil.ray;

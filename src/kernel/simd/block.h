@@ -6,10 +6,11 @@
 #include <cstdint>
 
 #include "kernel/layout/layout.h"
+#include "kernel/ray_batch.h"
 
 namespace terray::simd {
 
-constexpr int kBlockRays = 64;
+constexpr int kBlockRays = kBatchRays;
 
 enum LaneState : int32_t {
     kLaneDone = 0,

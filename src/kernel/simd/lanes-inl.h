@@ -179,9 +179,11 @@ HWY_INLINE void moveOn(const TerrainCut& cut, Packet& k, MI lanes, const BlockEx
     storeI(lanes, level, b.level + k.p);
 }
 
-/// Lanes that dip into a block go one level down, first to shortly before they meet `plane`, the block's
-/// maximum and the error: as far above it again as the error, so that the cell there can still be told.
-HWY_INLINE void goDown(Packet& k, MI lanes, const BlockExit& e, VF entryHeight, VF plane, VF error) {
+/// Lanes that dip into a block go one level down, first to shortly before they meet `plane`, the
+/// block's maximum and the error: as far above it again as the error, so that the cell there can
+/// still be told.
+HWY_INLINE void goDown(Packet& k, MI lanes, const BlockExit& e, VF entryHeight, VF plane,
+                       VF error) {
     RayBlock& b = k.b;
     const VF slope = hn::MulAdd(k.bend + k.bend, k.t, k.dz);
     const VF drop = entryHeight - plane - error;

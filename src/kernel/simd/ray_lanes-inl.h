@@ -38,8 +38,8 @@ struct ClipD {
 };
 
 /// The slab 0 <= o + d t <= size, where d is not zero.
-HWY_INLINE void clipSlab(ClipD& c, VD origin, VD step, double size) {
-    const VD inverse = setD(1.0) / step, zero = hn::Zero(DD());
+HWY_INLINE void clipSlab(ClipD& c, VD origin, VD step, VD inverse, double size) {
+    const VD zero = hn::Zero(DD());
     const VD a = hn::Neg(origin) * inverse, b = (setD(size) - origin) * inverse;
     const MD level = step == zero;
     const MD outside = hn::And(level, hn::Or(origin<zero, origin> setD(size)));
@@ -64,8 +64,8 @@ HWY_INLINE void clipTop(ClipD& c, VD z, VD dz, VD bend, double top) {
     c.end = hn::IfThenElse(never, setD(-1e300), c.end);
 }
 
-HWY_INLINE void placeAt(const TerrainCut& cut, const RayLanes& r, RayBlock& b, size_t p,
-                        const ClipD& c) {
+HWY_INLINE void placeAt(const TerrainCut& cut, const RayBatch& r, RayBlock& b, size_t p,
+                        const ClipD& c, VD inverseX, VD inverseY) {
     const MD some = c.begin <= c.end;
     const VD zero = hn::Zero(DD()), big = setD(1e30), begin = hn::IfThenElseZero(some, c.begin);
     const VD dx = loadD(r.dx + p), dy = loadD(r.dy + p), bend = loadD(r.bend + p);
@@ -83,8 +83,8 @@ HWY_INLINE void placeAt(const TerrainCut& cut, const RayLanes& r, RayBlock& b, s
     const MD noX = hn::Abs(dx) < tiny, noY = hn::Abs(dy) < tiny;
     storeFloat(hn::IfThenZeroElse(noX, dx), b.dx + p);
     storeFloat(hn::IfThenZeroElse(noY, dy), b.dy + p);
-    storeFloat(hn::IfThenElse(noX, big, setD(1.0) / dx), b.inverseDx + p);
-    storeFloat(hn::IfThenElse(noY, big, setD(1.0) / dy), b.inverseDy + p);
+    storeFloat(hn::IfThenElse(noX, big, inverseX), b.inverseDx + p);
+    storeFloat(hn::IfThenElse(noY, big, inverseY), b.inverseDy + p);
     const VD dz0 = loadD(r.dz + p);
     const VD z = hn::MulAdd(begin, hn::MulAdd(bend, begin, dz0), loadD(r.z + p)) -
                  setD(static_cast<double>(0.5f * (cut.minZ + cut.maxZ)));
@@ -105,18 +105,20 @@ HWY_INLINE void placeAt(const TerrainCut& cut, const RayLanes& r, RayBlock& b, s
     storeInt(hn::IfThenElseZero(some, setD(kLaneDirectory)), b.state + p);
 }
 
-void placeRayLanes(const TerrainCut& cut, RayLanes& r, RayBlock& b, int count, int startLevel) {
+void placeRayBatch(const TerrainCut& cut, RayBatch& r, RayBlock& b, int count, int startLevel) {
     constexpr size_t kLanes = HWY_LANES(double) < 8 ? HWY_LANES(double) : 8;
     for (size_t p = 0; p < static_cast<size_t>(count); p += kLanes) {
         ClipD c{loadD(r.begin + p), loadD(r.end + p)};
-        clipSlab(c, loadD(r.x + p), loadD(r.dx + p), cut.cellsX);
-        clipSlab(c, loadD(r.y + p), loadD(r.dy + p), cut.cellsY);
+        const VD dx = loadD(r.dx + p), dy = loadD(r.dy + p);
+        const VD inverseX = setD(1.0) / dx, inverseY = setD(1.0) / dy;
+        clipSlab(c, loadD(r.x + p), dx, inverseX, cut.cellsX);
+        clipSlab(c, loadD(r.y + p), dy, inverseY, cut.cellsY);
         clipTop(c, loadD(r.z + p), loadD(r.dz + p), loadD(r.bend + p),
                 static_cast<double>(cut.maxZ));
         hn::Store(c.begin, DD(), r.begin + p);
         hn::Store(c.end, DD(), r.end + p);
         c.begin = hn::Max(c.begin, loadD(r.clear + p));
-        placeAt(cut, r, b, p, c);
+        placeAt(cut, r, b, p, c, inverseX, inverseY);
     }
     const int32_t top = std::max(cut.rootLevel - 1, 0) + kTileLevels;
     const int32_t level = std::min(top, std::max(startLevel, kTileLevels));
@@ -140,7 +142,7 @@ HWY_INLINE void clipCell(ClipD& c, VD origin, VD step, VD lo) {
     c.end = hn::IfThenElse(level, c.end, hn::Min(c.end, hn::Max(a, b)));
 }
 
-void finishHitLanes(const RayLanes& r, HitLanes& h, int count) {
+void finishHitLanes(const RayBatch& r, HitLanes& h, int count) {
     constexpr size_t kLanes = HWY_LANES(double) < 8 ? HWY_LANES(double) : 8;
     const VD zero = hn::Zero(DD()), one = setD(1.0), never = setD(1e300);
     for (size_t p = 0; p < static_cast<size_t>(count); p += kLanes) {

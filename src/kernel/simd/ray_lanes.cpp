@@ -11,13 +11,13 @@
 #if HWY_ONCE
 namespace terray::simd {
 
-HWY_EXPORT(placeRayLanes);
+HWY_EXPORT(placeRayBatch);
 HWY_EXPORT(finishHitLanes);
 
-void placeRays(const TerrainCut& cut, RayLanes& rays, RayBlock& block, int count, int level) {
-    HWY_DYNAMIC_DISPATCH(placeRayLanes)(cut, rays, block, count, level);
+void placeRays(const TerrainCut& cut, RayBatch& rays, RayBlock& block, int count, int level) {
+    HWY_DYNAMIC_DISPATCH(placeRayBatch)(cut, rays, block, count, level);
 }
-void finishHits(const RayLanes& rays, HitLanes& hits, int count) {
+void finishHits(const RayBatch& rays, HitLanes& hits, int count) {
     HWY_DYNAMIC_DISPATCH(finishHitLanes)(rays, hits, count);
 }
 

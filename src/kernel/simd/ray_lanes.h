@@ -9,15 +9,6 @@
 
 namespace terray::simd {
 
-/// Up to 64 rays, one array per component, and the interval of t in which each can hit anything.
-struct alignas(64) RayLanes {
-    double x[kBlockRays], y[kBlockRays], z[kBlockRays];
-    double dx[kBlockRays], dy[kBlockRays], dz[kBlockRays], bend[kBlockRays];
-    double begin[kBlockRays],
-        end[kBlockRays];       ///< in: tMin, tMax; out: clipped; begin > end: nothing
-    double clear[kBlockRays];  ///< the ray is known to be above the surface until here
-};
-
 /// The cells in which lanes have certain hits, and what double precision makes of them.
 struct alignas(64) HitLanes {
     int32_t mip[kBlockRays];
@@ -32,9 +23,9 @@ struct alignas(64) HitLanes {
 /// rays of the block at their begin: in the directory, one below the root. Lanes without an
 /// interval are done.
 /// `level`: block size at which to begin, kEnterAtTop without a head start.
-void placeRays(const TerrainCut& cut, RayLanes& rays, RayBlock& block, int count, int level);
+void placeRays(const TerrainCut& cut, RayBatch& rays, RayBlock& block, int count, int level);
 
 /// First root of each lane's bilinear cell.
-void finishHits(const RayLanes& rays, HitLanes& hits, int count);
+void finishHits(const RayBatch& rays, HitLanes& hits, int count);
 
 }  // namespace terray::simd

@@ -67,23 +67,22 @@ private:
                           Corner corner, const BeamStart& start, Vec2 offset, std::span<Hit> hits,
                           TraceCounters& counters) {
         static constexpr auto kOrder = packetOrder();
-        constexpr size_t kRays = kBlockSide * kBlockSide;
-        std::array<Ray, kRays> block;
-        std::array<double, kRays> clear;
-        std::array<size_t, kRays> target;
-        std::array<Hit, kRays> found;
+        std::array<double, kBatchRays> px, py;
+        std::array<size_t, kBatchRays> target;
+        std::array<Hit, kBatchRays> found;
+        RayBatch batch;
         size_t count = 0;
         for (const auto& [dx, dy] : kOrder) {
             const int x = corner.x + dx, y = corner.y + dy;
             if (x >= tile.width || y >= tile.height) continue;
-            const auto pencil = rays.pencilRay(tile.x + x + offset.x, tile.y + y + offset.y);
-            block[count] = RayFrame::unitRay(pencil);
-            clear[count] = start.w * pencil.length;
+            px[count] = tile.x + x + offset.x;
+            py[count] = tile.y + y + offset.y;
             target[count++] =
                 static_cast<size_t>(y) * static_cast<size_t>(tile.width) + static_cast<size_t>(x);
         }
-        const HeadStart head{std::span(clear).first(count), start.level};
-        firstHits(cut, std::span(block).first(count), head, std::span(found).first(count),
+        if (count == 0) return;
+        rays.fillBatch(std::span(px).first(count), std::span(py).first(count), start.w, batch);
+        firstHits(cut, batch, static_cast<int>(count), start.level, std::span(found).first(count),
                   counters);
         for (size_t k = 0; k < count; ++k) hits[target[k]] = found[k];
     }

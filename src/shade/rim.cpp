@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+// Marks the cells that are not outside, follows their borders, and straightens these after Douglas
+// and Peucker 1973.
+#include "shade/rim.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <utility>
+
+namespace terray {
+namespace {
+
+/// How far a straight side may be from the corners that it replaces, in cells of the overview.
+constexpr double kStraighten = 1.0;
+
+/// One byte a cell, with a ring of cells around that are outside.
+struct CellMask {
+    int width = 0, height = 0;  ///< ring included
+    std::vector<uint8_t> cells;
+    uint8_t& at(int i, int j) {
+        return cells[static_cast<size_t>(j) * static_cast<size_t>(width) + static_cast<size_t>(i)];
+    }
+};
+
+enum Cell : uint8_t { kHole = 0, kGround = 1, kOutside = 2 };
+
+CellMask groundMask(const Overview& view) {
+    CellMask mask{view.width + 1, view.height + 1, {}};
+    mask.cells.assign(static_cast<size_t>(mask.width) * static_cast<size_t>(mask.height), kHole);
+    const auto post = [&](int i, int j) {
+        return view.heights[static_cast<size_t>(j) * static_cast<size_t>(view.width) +
+                            static_cast<size_t>(i)];
+    };
+    for (int j = 0; j + 1 < view.height; ++j)
+        for (int i = 0; i + 1 < view.width; ++i) {
+            const float sum = post(i, j) + post(i + 1, j) + post(i, j + 1) + post(i + 1, j + 1);
+            if (!std::isnan(sum)) mask.at(i + 1, j + 1) = kGround;
+        }
+    return mask;
+}
+
+/// Holes that are joined to the ring become outside.
+void floodOutside(CellMask& mask) {
+    std::vector<std::pair<int, int>> open{{0, 0}};
+    mask.at(0, 0) = kOutside;
+    while (!open.empty()) {
+        const auto [i, j] = open.back();
+        open.pop_back();
+        const std::array<std::pair<int, int>, 4> beside{
+            {{i - 1, j}, {i + 1, j}, {i, j - 1}, {i, j + 1}}};
+        for (const auto& [x, y] : beside) {
+            if (x < 0 || y < 0 || x >= mask.width || y >= mask.height) continue;
+            if (mask.at(x, y) != kHole) continue;
+            mask.at(x, y) = kOutside;
+            open.emplace_back(x, y);
+        }
+    }
+}
+
+/// Cells that touch an outside cell of the raster become outside, too; its border stays.
+CellMask shrunk(CellMask& mask) {
+    CellMask less = mask;
+    for (int j = 1; j + 1 < mask.height; ++j)
+        for (int i = 1; i + 1 < mask.width; ++i) {
+            if (mask.at(i, j) != kOutside) continue;
+            for (int y = std::max(j - 1, 1); y <= std::min(j + 1, mask.height - 2); ++y)
+                for (int x = std::max(i - 1, 1); x <= std::min(i + 1, mask.width - 2); ++x)
+                    less.at(x, y) = kOutside;
+        }
+    return less;
+}
+
+/// Unit steps along cell borders: right, down, left, up; one bit each at the step's first corner.
+constexpr std::array<int, 4> kStepI{1, 0, -1, 0}, kStepJ{0, 1, 0, -1};
+
+CellMask borderSteps(CellMask& mask) {
+    CellMask steps{mask.width + 1, mask.height + 1, {}};
+    steps.cells.assign(static_cast<size_t>(steps.width) * static_cast<size_t>(steps.height), 0);
+    const auto add = [&](int i, int j, int step) {
+        steps.at(i, j) = static_cast<uint8_t>(steps.at(i, j) | (1 << step));
+    };
+    for (int j = 1; j + 1 < mask.height; ++j)
+        for (int i = 1; i + 1 < mask.width; ++i) {
+            if (mask.at(i, j) == kOutside) continue;
+            if (mask.at(i, j - 1) == kOutside) add(i, j, 0);
+            if (mask.at(i + 1, j) == kOutside) add(i + 1, j, 1);
+            if (mask.at(i, j + 1) == kOutside) add(i + 1, j + 1, 2);
+            if (mask.at(i - 1, j) == kOutside) add(i, j + 1, 3);
+        }
+    return steps;
+}
+
+/// Follows one border from a corner and takes its steps away; corners only where it turns.
+std::vector<Vec2> followBorder(CellMask& steps, int i, int j) {
+    std::vector<Vec2> corners;
+    int step = 0;
+    while ((steps.at(i, j) & (1 << step)) == 0) ++step;
+    int last = -1;
+    while (steps.at(i, j) & (1 << step)) {
+        if (step != last) corners.emplace_back(i - 1, j - 1);  // less the ring
+        last = step;
+        steps.at(i, j) = static_cast<uint8_t>(steps.at(i, j) & ~(1 << step));
+        i += kStepI[static_cast<size_t>(step)];
+        j += kStepJ[static_cast<size_t>(step)];
+        for (const int turn : {1, 0, 3}) {  // cells that touch at a corner only stay apart
+            const int next = (last + turn) % 4;
+            if ((steps.at(i, j) & (1 << next)) == 0) continue;
+            step = next;
+            break;
+        }
+    }
+    return corners;
+}
+
+double distanceFrom(const Vec2& a, const Vec2& b, const Vec2& p) {
+    const Vec2 along = b - a, to = p - a;
+    const double length2 = glm::dot(along, along);
+    const double share = length2 > 0 ? std::clamp(glm::dot(to, along) / length2, 0.0, 1.0) : 0.0;
+    return glm::length(to - share * along);
+}
+
+/// Marks the corners to keep between two kept ones.
+void straighten(std::span<const Vec2> corners, size_t first, size_t last, std::vector<bool>& keep) {
+    std::vector<std::pair<size_t, size_t>> open{{first, last}};
+    while (!open.empty()) {
+        const auto [from, to] = open.back();
+        open.pop_back();
+        double most = kStraighten;
+        size_t farthest = from;
+        for (size_t k = from + 1; k < to; ++k) {
+            const double away = distanceFrom(corners[from], corners[to], corners[k]);
+            if (away <= most) continue;
+            most = away;
+            farthest = k;
+        }
+        if (farthest == from) continue;
+        keep[farthest] = true;
+        open.emplace_back(from, farthest);
+        open.emplace_back(farthest, to);
+    }
+}
+
+RimLoop straightened(std::vector<Vec2> corners) {
+    // Two corners that stand out are certain to be kept: the first of the upper left, and the one
+    // farthest from it.
+    const auto start = std::min_element(
+        corners.begin(), corners.end(),
+        [](const Vec2& a, const Vec2& b) { return a.x + a.y < b.x + b.y; });
+    std::rotate(corners.begin(), start, corners.end());
+    corners.push_back(corners.front());
+    size_t far = 1;
+    for (size_t k = 1; k < corners.size(); ++k)
+        if (glm::distance(corners[k], corners[0]) > glm::distance(corners[far], corners[0]))
+            far = k;
+    std::vector<bool> keep(corners.size(), false);
+    keep.front() = keep[far] = true;
+    straighten(corners, 0, far, keep);
+    straighten(corners, far, corners.size() - 1, keep);
+    RimLoop loop;
+    for (size_t k = 0; k + 1 < corners.size(); ++k)
+        if (keep[k]) loop.push_back(corners[k]);
+    return loop;
+}
+
+}  // namespace
+
+std::vector<RimLoop> outerRims(const Overview& view) {
+    CellMask mask = groundMask(view);
+    floodOutside(mask);
+    mask = shrunk(mask);
+    CellMask steps = borderSteps(mask);
+    const double size = std::ldexp(1.0, view.mip);
+    std::vector<RimLoop> loops;
+    for (int j = 0; j < steps.height; ++j)
+        for (int i = 0; i < steps.width; ++i)
+            while (steps.at(i, j) != 0) {
+                RimLoop loop = straightened(followBorder(steps, i, j));
+                for (Vec2& corner : loop) corner *= size;
+                if (loop.size() > 2) loops.push_back(std::move(loop));
+            }
+    return loops;
+}
+
+}  // namespace terray
