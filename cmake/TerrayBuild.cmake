@@ -24,7 +24,8 @@ target_include_directories(terray_settings INTERFACE ${CMAKE_SOURCE_DIR}/include
 target_compile_options(terray_settings INTERFACE -Wall -Wextra -Wconversion -Wshadow
   $<$<BOOL:${TERRAY_WERROR}>:-Werror> -ffp-contract=off -fno-math-errno)
 if(TERRAY_SANITIZE)
-  target_compile_options(terray_settings INTERFACE -fsanitize=${TERRAY_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_compile_options(terray_settings INTERFACE -fsanitize=${TERRAY_SANITIZE} -fno-sanitize-recover=all
+    -fno-omit-frame-pointer -Wno-maybe-uninitialized)  # g++ 12 warns falsely in instrumented code
   target_link_options(terray_settings INTERFACE -fsanitize=${TERRAY_SANITIZE})
 endif()
 

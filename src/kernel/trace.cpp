@@ -53,6 +53,9 @@ void placeRay(const TerrainCut& cut, const Ray& ray, const exact::Clip& clip, in
     b.error0[k] = simd::kFloatError * static_cast<float>(reach);
     b.error1[k] = simd::kFloatError * static_cast<float>(std::fabs(dz) + 2.0 * ray.bend * length);
     b.shift1[k] = simd::kFloatError * static_cast<float>(std::fabs(ray.dx) + std::fabs(ray.dy));
+    const float twice = 2.0f * cut.maxDelta;
+    b.anywhere0[k] = b.error0[k] + twice * simd::kShift0;
+    b.anywhere1[k] = b.error1[k] + twice * b.shift1[k];
     b.t[k] = 0.0f;
     b.x[k] = b.anchorX[k];
     b.y[k] = b.anchorY[k];

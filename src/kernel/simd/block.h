@@ -30,8 +30,10 @@ struct alignas(64) RayBlock {
     float z[kBlockRays], dz[kBlockRays], bend[kBlockRays], vertex[kBlockRays];
     float tEnd[kBlockRays];
     float error0[kBlockRays],
-        error1[kBlockRays];    ///< height error of the float ray: error0 + error1 t
-    float shift1[kBlockRays];  ///< lattice error: kShift0 + shift1 t, mip-0 cells
+        error1[kBlockRays];  ///< height error of the float ray: error0 + error1 t
+    float anywhere0[kBlockRays],
+        anywhere1[kBlockRays];  ///< the same with the lattice error on the steepest ground
+    float shift1[kBlockRays];   ///< lattice error: kShift0 + shift1 t, mip-0 cells
     // where it stands
     float t[kBlockRays];
     int32_t x[kBlockRays], y[kBlockRays];  ///< mip-0 cell

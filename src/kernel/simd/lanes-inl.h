@@ -35,11 +35,9 @@ using MI = hn::Mask<DI>;
 
 HWY_INLINE VI loadI(const int32_t* p) { return hn::Load(DI(), p); }
 HWY_INLINE VF loadF(const float* p) { return hn::Load(DF(), p); }
-HWY_INLINE void storeI(MI mask, VI value, int32_t* p) {
-    hn::Store(hn::IfThenElse(mask, value, hn::Load(DI(), p)), DI(), p);
-}
+HWY_INLINE void storeI(MI mask, VI value, int32_t* p) { hn::BlendedStore(value, mask, DI(), p); }
 HWY_INLINE void storeF(MI mask, VF value, float* p) {
-    hn::Store(hn::IfThenElse(hn::RebindMask(DF(), mask), value, hn::Load(DF(), p)), DF(), p);
+    hn::BlendedStore(value, hn::RebindMask(DF(), mask), DF(), p);
 }
 HWY_INLINE MI maskI(MF m) { return hn::RebindMask(DI(), m); }
 HWY_INLINE MF maskF(MI m) { return hn::RebindMask(DF(), m); }
@@ -135,13 +133,17 @@ HWY_INLINE HeightRange heightRange(const Packet& k, VF t1) {
     return {k.heightAt(lowest), hn::Max(entry, k.heightAt(t1)), entry};
 }
 
-/// Height error of the float ray up to t1 where the surface rises at most `delta` a cell of
-/// 1/inverseCell.
-HWY_INLINE VF errorAt(const Packet& k, VF t1, VF deltaPerCell) {
-    const RayBlock& b = k.b;
-    const VF shift = hn::MulAdd(loadF(b.shift1 + k.p), t1, setF(kShift0));
-    const VF error = hn::MulAdd(loadF(b.error1 + k.p), t1, loadF(b.error0 + k.p));
-    return hn::MulAdd(deltaPerCell + deltaPerCell, shift, error);
+/// Height error of the float ray up to t1, its lattice error on the steepest ground included.
+HWY_INLINE VF errorAnywhere(const Packet& k, VF t1) {
+    return hn::MulAdd(loadF(k.b.anywhere1 + k.p), t1, loadF(k.b.anywhere0 + k.p));
+}
+/// Height error of the float ray alone.
+HWY_INLINE VF errorOfRay(const Packet& k, VF t1) {
+    return hn::MulAdd(loadF(k.b.error1 + k.p), t1, loadF(k.b.error0 + k.p));
+}
+/// Lattice error of the float ray up to t1, in mip-0 cells.
+HWY_INLINE VF shiftAt(const Packet& k, VF t1) {
+    return hn::MulAdd(loadF(k.b.shift1 + k.p), t1, setF(kShift0));
 }
 
 /// Ends lanes that changed sides of the sheet without a hit (a strip, or a way through a hole):

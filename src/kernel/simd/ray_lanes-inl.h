@@ -99,9 +99,15 @@ HWY_INLINE void placeAt(const TerrainCut& cut, const RayBatch& r, RayBlock& b, s
     storeFloat(hn::Min(length, big) * setD(1.000001), b.tEnd + p);
     const VD error = setD(static_cast<double>(kFloatError));
     const VD reach = hn::Abs(z) + setD(static_cast<double>(cut.maxZ - cut.minZ) + 1e-3);
-    storeFloat(error * reach, b.error0 + p);
-    storeFloat(error * hn::MulAdd(bend + bend, hn::Min(length, big), hn::Abs(dz)), b.error1 + p);
-    storeFloat(error * (hn::Abs(dx) + hn::Abs(dy)), b.shift1 + p);
+    const VD error0 = error * reach;
+    const VD error1 = error * hn::MulAdd(bend + bend, hn::Min(length, big), hn::Abs(dz));
+    const VD shift1 = error * (hn::Abs(dx) + hn::Abs(dy));
+    const VD twice = setD(2.0 * static_cast<double>(cut.maxDelta));
+    storeFloat(error0, b.error0 + p);
+    storeFloat(error1, b.error1 + p);
+    storeFloat(shift1, b.shift1 + p);
+    storeFloat(hn::MulAdd(twice, setD(static_cast<double>(kShift0)), error0), b.anywhere0 + p);
+    storeFloat(hn::MulAdd(twice, shift1, error1), b.anywhere1 + p);
     storeInt(hn::IfThenElseZero(some, setD(kLaneDirectory)), b.state + p);
 }
 

@@ -40,7 +40,7 @@ HWY_INLINE void stepNodes(const TerrainCut& cut, const Pools& pools, Packet& k, 
     const VI hi = hn::BitCast(DI(), hn::ShiftRight<16>(hn::BitCast(DU(), code)));
     const VI lo = hn::And(code, setI(0xFFFF));
     const VF step = loadF(b.boundsStep + k.p), base = loadF(b.boundsZ + k.p);
-    const VF error = errorAt(k, e.t, setF(cut.maxDelta));
+    const VF error = errorAnywhere(k, e.t);
     const VF top = hn::MulAdd(step, hn::ConvertTo(DF(), hi), base) + error;
     const VF bottom = hn::MulAdd(step, hn::ConvertTo(DF(), lo), base) - error;
     const MI empty = lo > hi;
@@ -171,8 +171,8 @@ HWY_INLINE void stepCells(const TerrainCut& cut, const Pools& pools, Packet& k, 
     const MI rim = hn::Or(hn::Or(hn::Eq(cx, hn::Zero(DI())), hn::Eq(cy, hn::Zero(DI()))),
                           hn::Or(hn::Eq(cx, cellMask), hn::Eq(cy, cellMask)));
     const VF delta = hn::IfThenElse(maskF(rim), setF(cut.maxDelta), loadF(b.tileDelta + k.p));
-    const VF error = hn::MulAdd(delta, setF(4 * kFloatError), errorAt(k, e.t, delta * inverse));
-    const VF shift = hn::MulAdd(loadF(b.shift1 + k.p), e.t, setF(kShift0)) * inverse;
+    const VF shift = shiftAt(k, e.t) * inverse;
+    const VF error = hn::MulAdd(delta, shift + shift + setF(4 * kFloatError), errorOfRay(k, e.t));
     const VF z = k.heightAt(k.t);
     const CellRange r = cut.constantSurface != 0
                             ? rangeConstant(c, u, v, du, dv, z, slope, k.bend, length, shift)
@@ -248,7 +248,7 @@ HWY_INLINE void stepDirectory(const TerrainCut& cut, const Pools& pools, Packet&
 
     const BlockExit e = leaveBlock(k);
     const HeightRange r = heightRange(k, e.t);
-    const VF error = errorAt(k, e.t, setF(cut.maxDelta));
+    const VF error = errorAnywhere(k, e.t);
     const MI covered = hn::And(lanes, hn::Eq(state, setI(kSquareCovered)));
     storeI(covered, k.level + one, b.level + k.p);
     const MI here = hn::AndNot(covered, lanes);
