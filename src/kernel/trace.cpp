@@ -49,7 +49,8 @@ void placeRay(const TerrainCut& cut, const Ray& ray, const exact::Clip& clip, in
                       ? static_cast<float>(std::clamp(-dz / (2.0 * ray.bend), -1e30, 1e30))
                       : (dz < 0.0 ? 1e30f : -1e30f);
     b.tEnd[k] = static_cast<float>(length) * 1.000001f;
-    const double reach = std::fabs(z) + static_cast<double>(cut.maxZ - cut.minZ) + 1e-3;
+    const float span = std::max(0.5f * (cut.maxZ - cut.minZ), cut.codeReach);
+    const double reach = std::max(std::fabs(z), static_cast<double>(span) + 1e-3);
     b.error0[k] = simd::kFloatError * static_cast<float>(reach);
     b.error1[k] = simd::kFloatError * static_cast<float>(std::fabs(dz) + 2.0 * ray.bend * length);
     b.shift1[k] = simd::kFloatError * static_cast<float>(std::fabs(ray.dx) + std::fabs(ray.dy));

@@ -50,6 +50,8 @@ struct Directory {
         const bool any = root.state != kSquareEmpty;
         cut.minZ = any ? root.minZ : 0;
         cut.maxZ = any ? root.maxZ : 0;
+        const float middle = 0.5f * (cut.minZ + cut.maxZ);
+        if (any) cut.codeReach = std::max(middle - lowestCode, highestCode - middle);
     }
 
     Square& draw(uint32_t slot) {
@@ -62,6 +64,9 @@ struct Directory {
         if (square.state == kSquareEmpty) return square;
         ++tilesPerMip[tile.mipFlags & kTileMipMask];
         cut.maxDelta = std::max(cut.maxDelta, tile.maxDelta);
+        lowestCode = std::min({lowestCode, tile.boundsZ0, cut.format == 0 ? tile.z0 : lowestCode});
+        highestCode =
+            std::max({highestCode, tile.boundsZ0, cut.format == 0 ? tile.z0 : highestCode});
         for (const BlockBounds& block : blocksOf(slot)) {
             const float error =
                 block.errorToFinest + (cut.constantSurface != 0 ? 2 * block.cellRange : 0.0f);
@@ -90,6 +95,8 @@ struct Directory {
         }
         return square;
     }
+
+    float lowestCode = kInfinity, highestCode = -kInfinity;  ///< of drawn tiles' z0
 
     std::span<const BlockBounds> blocksOf(uint32_t slot) const {
         constexpr size_t count = kTileBlocks * kTileBlocks;

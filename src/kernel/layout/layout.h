@@ -87,8 +87,9 @@ struct TerrainCut {
     uint32_t tileCount = 0;
     int32_t cellsX = 0, cellsY = 0;  ///< true size of mip 0 in cells; rays are clipped to it
     float minZ = 0, maxZ = 0;        ///< of everything drawn, rounded outwards
-    float maxDelta = 0;  ///< largest |height difference| of neighbouring posts of drawn tiles
-    float maxError = 0;  ///< largest |drawn surface - mip 0| of drawn tiles, metres
+    float maxDelta = 0;   ///< largest |height difference| of neighbouring posts of drawn tiles
+    float codeReach = 0;  ///< largest |z0 - middle of minZ, maxZ| of drawn tiles' height codes
+    float maxError = 0;   ///< largest |drawn surface - mip 0| of drawn tiles, metres
 };
 
 // ---- Rays and hits

@@ -157,9 +157,10 @@ HWY_INLINE MI keepSide(Packet& k, MI decided, VI side) {
     return hn::AndNot(conflict, decided);
 }
 
-/// Moves lanes to the exit of their block; ascends when that leaves a 2 x 2 group, leaves the tile,
-/// or ends.
-HWY_INLINE void moveOn(const TerrainCut& cut, Packet& k, MI lanes, const BlockExit& e, MI inTile) {
+/// Moves lanes to the exit of their block; ascends when that leaves a 2 x 2 group and `climb` says
+/// that the larger block is worth a try, leaves the tile, or ends.
+HWY_INLINE void moveOn(const TerrainCut& cut, Packet& k, MI lanes, const BlockExit& e, MI inTile,
+                       MI climb) {
     RayBlock& b = k.b;
     const VI zero = hn::Zero(DI()), one = setI(1);
     const MI outside =
@@ -171,7 +172,7 @@ HWY_INLINE void moveOn(const TerrainCut& cut, Packet& k, MI lanes, const BlockEx
     storeI(lanes, e.nextX, b.x + k.p);
     storeI(lanes, e.nextY, b.y + k.p);
     const VI changed = hn::Or(hn::Xor(e.nextX, e.x0), hn::Xor(e.nextY, e.y0));
-    const MI leftGroup = hn::Ne(shiftRight(changed, k.level + one), zero);
+    const MI leftGroup = hn::And(climb, hn::Ne(shiftRight(changed, k.level + one), zero));
     VI level = select(leftGroup, k.level + one, k.level);
     const VI tileLevel = loadI(b.mip + k.p) + setI(kTileLevels);
     const MI leftTile = hn::And(inTile, hn::Ne(shiftRight(changed, tileLevel), zero));

@@ -98,7 +98,9 @@ HWY_INLINE void placeAt(const TerrainCut& cut, const RayBatch& r, RayBlock& b, s
     storeFloat(hn::IfThenElse(bend > zero, vertex, straight), b.vertex + p);
     storeFloat(hn::Min(length, big) * setD(1.000001), b.tEnd + p);
     const VD error = setD(static_cast<double>(kFloatError));
-    const VD reach = hn::Abs(z) + setD(static_cast<double>(cut.maxZ - cut.minZ) + 1e-3);
+    // Heights are relative to the middle of the range: no operand is larger than this.
+    const float span = std::max(0.5f * (cut.maxZ - cut.minZ), cut.codeReach);
+    const VD reach = hn::Max(hn::Abs(z), setD(static_cast<double>(span) + 1e-3));
     const VD error0 = error * reach;
     const VD error1 = error * hn::MulAdd(bend + bend, hn::Min(length, big), hn::Abs(dz));
     const VD shift1 = error * (hn::Abs(dx) + hn::Abs(dy));

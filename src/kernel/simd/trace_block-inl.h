@@ -47,7 +47,12 @@ HWY_INLINE void stepNodes(const TerrainCut& cut, const Pools& pools, Packet& k, 
     const MI above = maskI(r.lo > top);
     const MI skip = hn::And(lanes, hn::Or(hn::Or(above, empty), maskI(r.hi < bottom)));
     const VI side = hn::IfThenZeroElse(empty, select(above, one, setI(-1)));
-    if (!hn::AllFalse(DI(), skip)) moveOn(cut, k, keepSide(k, skip, side), e, lanes);
+    if (!hn::AllFalse(DI(), skip)) {
+        // A ray that clears this block by less than the block's own relief rarely clears its
+        // parent.
+        const MI climb = hn::Or(empty, maskI(r.lo - top > top - bottom));
+        moveOn(cut, k, keepSide(k, skip, side), e, lanes, climb);
+    }
     const MI down = hn::AndNot(skip, lanes);
     if (!hn::AllFalse(DI(), down)) goDown(k, down, e, r.entry, top, error);
     storeI(lanes, loadI(b.steps + k.p) + one, b.steps + k.p);
@@ -194,7 +199,10 @@ HWY_INLINE void stepCells(const TerrainCut& cut, const Pools& pools, Packet& k, 
     storeI(unclear, setI(kResultUncertain), b.result + k.p);
     storeI(hn::Or(certain, unclear), setI(kLaneDone), b.state + k.p);
     const MI onward = hn::And(onSide, passes);
-    if (!hn::AllFalse(DI(), onward)) moveOn(cut, k, onward, e, lanes);
+    if (!hn::AllFalse(DI(), onward)) {
+        const MI climb = hn::Or(c.hole, maskI(r.least > hn::Abs(c.h11 - c.h00)));
+        moveOn(cut, k, onward, e, lanes, climb);
+    }
     storeI(lanes, loadI(b.steps + k.p) + one, b.steps + k.p);
 }
 
@@ -257,7 +265,7 @@ HWY_INLINE void stepDirectory(const TerrainCut& cut, const Pools& pools, Packet&
     const MI skip = hn::And(here, hn::Or(empty, hn::Or(above, below)));
     const VI side = hn::IfThenZeroElse(empty, select(above, one, setI(-1)));
     if (!hn::AllFalse(DI(), skip)) {
-        moveOn(cut, k, keepSide(k, skip, side), e, noLanes());
+        moveOn(cut, k, keepSide(k, skip, side), e, noLanes(), skip);
     }
     const MI inside = hn::AndNot(skip, here);
     const MI drawn = hn::And(inside, hn::Eq(state, setI(kSquareDrawn)));
