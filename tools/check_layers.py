@@ -6,7 +6,7 @@ import re
 import sys
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
-SYSTEM = re.compile(r'^(\w+|sys/\w+\.h|\w*intrin\.h|(unistd|fcntl|signal|string|math|std\w+|errno)\.h)$')
+SYSTEM = re.compile(r'^(\w+|sys/\w+\.h|\w*intrin\.h|(unistd|fcntl|signal|malloc|string|math|std\w+|errno)\.h)$')
 SOURCES = {".h", ".cpp", ".inl"}
 
 

@@ -46,6 +46,8 @@ def check_first_lines(root):
             yield f"{path.relative_to(root)}:1: the first line is not '{prefix} SPDX-License-Identifier: Apache-2.0'"
             continue
         comment = ""
+        if path.suffix == ".py" and lines[1:] and lines[1].startswith('"""'):
+            comment = " " + lines[1].strip('"')
         for line in lines[1:]:
             if not line.startswith(prefix + " "):
                 break

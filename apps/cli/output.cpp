@@ -64,6 +64,16 @@ void checkWritable(const std::string& option, const std::string& path) {
         failWrite(option, path, errno);
 }
 
+void checkNotInput(const std::string& option, const std::string& path,
+                   const std::vector<std::string>& inputs) {
+    for (const std::string& input : inputs) {
+        std::error_code ignored;
+        if (!path.empty() && fs::is_regular_file(path, ignored) &&
+            fs::equivalent(path, input, ignored))
+            failUsage(fmt::format("{}: '{}' is an input; write somewhere else", option, path));
+    }
+}
+
 void writeTextFile(const std::string& option, const std::string& path, const std::string& text) {
     if (isSpecial(path)) return writeAll(option, path, path, text);
     const std::string temporary = fmt::format("{}.{}.tmp", path, getpid());

@@ -109,6 +109,7 @@ void runQuery(const QueryFlags& flags, const std::vector<Column>& columns, Answe
     if (flags.arguments.empty() && flags.file.empty())
         failUsage("query: nothing is asked; give places as arguments or --from FILE");
     const std::vector<Record> records = readRecords(flags.arguments, flags.file, columns);
+    checkNotInput("--output", flags.outputPath, {flags.source.source, flags.file});
     if (!flags.outputPath.empty()) checkWritable("--output", flags.outputPath);
     const Terrain terrain = valueOf(Terrain::open(flags.source.source, flags.source.open));
     sayAssumptions(terrain.info());

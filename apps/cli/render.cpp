@@ -73,12 +73,21 @@ void reportFiles(const OutputOptions& outputs, const RenderStats& stats, double 
     printOut(text);
 }
 
+void checkInputsAreKept(const RenderFlags& flags) {
+    const std::vector<std::string> inputs{flags.source.source, flags.source.open.photo,
+                                          flags.view.file, flags.look.render.ramp};
+    checkNotInput("--output", flags.output.outputs.path, inputs);
+    checkNotInput("--stats", flags.output.statsPath, inputs);
+    for (const AovOutput& aov : flags.output.outputs.aovs) checkNotInput("--aov", aov.path, inputs);
+}
+
 void runRender(RenderFlags& flags) {
     const auto start = Clock::now();
     setQuiet(flags.source.quiet);
     OutputOptions& outputs = flags.output.outputs;
     if (!flags.output.pathGiven && !outputs.aovs.empty()) outputs.path.clear();
     const View view = flags.view.resolve();
+    checkInputsAreKept(flags);
     check(checkRender(view, flags.look.render, outputs));
     const std::string& statsPath = flags.output.statsPath;
     if (!statsPath.empty()) checkWritable("--stats", statsPath);

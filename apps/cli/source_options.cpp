@@ -22,7 +22,7 @@ constexpr const char* kMachine = "Machine";
 CLI::Option* addText(CLI::App& command, const std::string& group, const std::string& name,
                      const std::string& value, const std::string& help,
                      std::function<void(const std::string&)> take) {
-    return command.add_option_function<std::string>(name, std::move(take), help)
+    return command.add_option_function<std::string>(name, take, help)
         ->type_name(value)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast)
         ->group(group);
@@ -72,8 +72,9 @@ void SourceOptions::addTo(CLI::App& command) {
 }
 
 void SourceOptions::addPhotoTo(CLI::App& command) {
-    addText(command, kPhoto, "--photo", "RASTER", "an image to drape over the terrain, in any CRS",
-            [this](const std::string& text) { open.photo = text; });
+    CLI::Option* photo = addText(command, kPhoto, "--photo", "RASTER",
+                                 "an image to drape over the terrain, in any CRS",
+                                 [this](const std::string& text) { open.photo = text; });
     addText(
         command, kPhoto, "--photo-bands", "R,G,B", "its bands to show, as 3,2,1 or one band",
         [this](const std::string& text) {
@@ -85,7 +86,8 @@ void SourceOptions::addPhotoTo(CLI::App& command) {
                         text));
                 open.photoBands.push_back(static_cast<int>(band));
             }
-        });
+        })
+        ->needs(photo);
     addText(
         command, kPhoto, "--photo-stretch", "LOW,HIGH",
         "percentiles shown as black and white (default for 16 bit: 2,98)",
@@ -96,7 +98,8 @@ void SourceOptions::addPhotoTo(CLI::App& command) {
                     "--photo-stretch: '{}' is no pair of percentiles; give LOW,HIGH in 0 to 100",
                     text));
             open.photoStretch = {{p[0], p[1]}};
-        });
+        })
+        ->needs(photo);
 }
 
 }  // namespace terray::cli

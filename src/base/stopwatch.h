@@ -23,7 +23,8 @@ uint64_t peakResidentBytes();
 /// Physical memory of the machine, in bytes.
 uint64_t physicalMemoryBytes();
 
-/// Hands freed heap memory back to the system: after a stage whose buffers the next one does not need.
+/// Hands freed heap memory back to the system: after a stage whose buffers the next one does not
+/// need.
 void releaseFreedMemory();
 
 }  // namespace terray

@@ -44,7 +44,7 @@ Result<void> checkSun(const RenderOptions& options) {
     }
     if (options.time.empty()) return {};
     auto moment = parseIsoTime(options.time);
-    if (!moment) return makeError(ErrorCode::Usage, "--time: {}", moment.error().message);
+    if (!moment) return moment.error();
     return {};
 }
 

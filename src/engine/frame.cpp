@@ -2,6 +2,7 @@
 // Setting up a picture: view -> camera -> rays -> sun -> cut -> shader.
 #include "engine/frame.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/log.h"
@@ -67,6 +68,20 @@ Result<SceneBox> sceneBox(const Terrain::State& state, const GeoFrame& frame, do
     return box;
 }
 
+/// Square pixels widen an extent that has not the picture's shape.
+void noteWiderExtent(const View& resolved, const Camera& camera) {
+    if (!resolved.extent) return;
+    const Vec2 inside{resolved.extent->xMax - resolved.extent->xMin,
+                      resolved.extent->yMax - resolved.extent->yMin};
+    const Vec2 added = (camera.orthoSize - inside) / camera.metresPerPixel();
+    if (!camera.georeferenced || std::max(added.x, added.y) < 1) return;
+    log::note(
+        "pixels are square: {:.0f} columns and {:.0f} rows of the {}x{} picture lie beyond "
+        "--extent (--size {:.0f}x{:.0f} fits it)",
+        added.x, added.y, camera.width, camera.height, camera.width - added.x,
+        camera.height - added.y);
+}
+
 CutOptions cutOptions(const RenderOptions& options, double bend, const Sun& sun) {
     CutOptions cut;
     cut.tolerancePx = options.tolerancePx;
@@ -124,6 +139,7 @@ Result<std::unique_ptr<Frame>> makeFrame(const Terrain::State& state, const View
     if (!box) return box.error();
     auto camera = makeCamera(*resolved, *box);
     if (!camera) return camera.error();
+    noteWiderExtent(*resolved, *camera);
 
     const Vec2 seen =
         resolved->lookAt ? Vec2{resolved->lookAt->x, resolved->lookAt->y} : state.worldCentre();

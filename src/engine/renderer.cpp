@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <new>
 
+#include "base/log.h"
 #include "base/stopwatch.h"
 #include "engine/bands.h"
 #include "engine/check.h"
@@ -93,6 +94,9 @@ Result<RenderStats> renderFiles(const Terrain::State& state, const View& view,
                                [&](const Band& band) { return files->writeBand(band); });
     if (!figures) return figures.error();
     TERRAY_TRY(files->finish());
+    if (figures->trace.hits == 0 && !state.isEmpty())
+        log::warning(
+            "no ray meets the terrain: the picture does not show it; check the camera's flags");
     RenderStats stats = collectStats(state, **frame, *figures);
     stats.writeMs = files->writeMs();
     stats.totalMs = stats.loadMs + stats.buildMs + watch.elapsedMs();
@@ -165,9 +169,9 @@ std::vector<NamedLine> shadings() {
         {"light", "the light alone, on white ground"},
         {"grid", "lit surface with the lines of the cells"},
         {"slope", "steepness, 0 to 90 degrees"},
-        {"height", "height, black lowest to white highest"},
-        {"depth", "distance along the view axis"},
-        {"distance", "distance along the ray"},
+        {"height", "height, dark violet lowest to yellow highest"},
+        {"depth", "distance along the view axis, white near to black far"},
+        {"distance", "distance along the ray, white near to black far"},
         {"normal", "the surface normal as a colour"},
         {"mip", "which resolution is drawn where"},
         {"steps", "traversal steps of each ray"},

@@ -54,8 +54,7 @@ Result<void> openInto(Terrain::State& state, const std::string& source,
     state.facts.maxHeight = static_cast<double>(state.resident->info().maxZ);
     state.facts.holes = static_cast<int64_t>(state.build.holes);
 
-    const TilingScheme& scheme = state.resident->info().scheme;
-    if (state.build.holes >= static_cast<uint64_t>(scheme.columns * scheme.rows))
+    if (state.isEmpty())
         log::warning("'{}' has no sample with a height: there is nothing to see", source);
 
     const Stopwatch photoWatch;
@@ -113,6 +112,11 @@ Vec2 cornerOf(const TerrainInfo& info, Pick pick) {
 }
 
 }  // namespace
+
+bool Terrain::State::isEmpty() const {
+    const TilingScheme& scheme = resident->info().scheme;
+    return build.holes >= static_cast<uint64_t>(scheme.columns * scheme.rows);
+}
 
 Vec2 Terrain::State::worldMin() const {
     return cornerOf(resident->info(), [](double a, double b) { return std::min(a, b); });

@@ -29,6 +29,8 @@ struct Terrain::State {
 
     /// Maps between the data's CRS, degrees and world; one for each caller (confined).
     Result<GeoFrame> makeGeoFrame() const;
+    /// No sample has a height.
+    bool isEmpty() const;
     /// World rectangle of all posts, metres.
     Vec2 worldMin() const;
     Vec2 worldMax() const;

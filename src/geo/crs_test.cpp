@@ -93,6 +93,10 @@ TEST(DescribeCrs, RefusesNonsenseWithOneSentence) {
     EXPECT_EQ(wkt.error().code, ErrorCode::Input);
     EXPECT_LT(wkt.error().message.size(), 250u);
     EXPECT_EQ(wkt.error().message.find('\n'), std::string::npos);
+    for (const char* name : {"foo", "UTM zone 11", "32633"}) {
+        EXPECT_FALSE(describeCrs(name)) << "completed to " << describeCrs(name)->name;
+    }
+    EXPECT_TRUE(describeCrs("wgs 84 / UTM zone 33N"));
     for (const char* text : {"", "EPSG:", "+proj=nosuch", "{}", "[", "EPSG:5703", "EPSG:4978"}) {
         EXPECT_FALSE(describeCrs(text)) << text;
     }

@@ -4,7 +4,10 @@
 
 #include <proj_experimental.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <string_view>
 
 namespace terray::proj {
 namespace {
@@ -21,6 +24,17 @@ std::string shortened(const std::string& definition) {
 
 bool isTyped(const std::string& definition) {
     return definition.find_first_of("[{") == std::string::npos;
+}
+
+bool sameName(const char* a, const std::string& b) {
+    const auto lower = [](unsigned char c) { return std::tolower(c); };
+    return std::ranges::equal(std::string_view(a ? a : ""), b, {}, lower, lower);
+}
+
+/// PROJ completes a bare name to whatever CRS resembles it ("foo" becomes Amersfoort).
+bool isGuess(const PJ* crs, const std::string& definition) {
+    const bool isName = definition.find_first_of("[{:=") == std::string::npos;
+    return isName && !sameName(proj_get_name(crs), definition);
 }
 
 Object clone(PJ_CONTEXT* context, const PJ* object) { return Object(proj_clone(context, object)); }
@@ -44,7 +58,7 @@ Result<Object> parseCrs(PJ_CONTEXT* context, const std::string& definition) {
     const bool needsType = projString && definition.find("type=crs") == std::string::npos;
     const std::string text = needsType ? definition + " +type=crs" : definition;
     Object crs(proj_create(context, text.c_str()));
-    if (crs && proj_is_crs(crs.get())) return crs;
+    if (crs && proj_is_crs(crs.get()) && !isGuess(crs.get(), definition)) return crs;
     if (isTyped(definition)) {
         return makeError(ErrorCode::Usage,
                          "'{}' is not a coordinate reference system that PROJ knows; give EPSG:n, "

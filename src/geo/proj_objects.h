@@ -25,8 +25,8 @@ using Object = std::unique_ptr<PJ, ObjectDeleter>;
 /// A context without network access that prints nothing. confined.
 Context makeContext();
 
-/// A CRS from WKT, PROJJSON, a PROJ string, a name or "EPSG:n". Text that a person typed is a Usage
-/// error when it is wrong; WKT and PROJJSON (from a file) are an Input error.
+/// A CRS from WKT, PROJJSON, a PROJ string, a whole name or "EPSG:n". Text that a person typed is a
+/// Usage error when it is wrong; WKT and PROJJSON (from a file) are an Input error.
 Result<Object> parseCrs(PJ_CONTEXT* context, const std::string& definition);
 
 /// The 2-D horizontal part: of a compound CRS its first member, of a 3-D one without the height.

@@ -124,7 +124,8 @@ BeamStart BeamWalker::walk() {
         if (lowest > static_cast<double>(maxOver(box)) + clearance_) {
             start.w = next;
             here = there;
-            if (lowest > static_cast<double>(cut_.maxZ) + clearance_ && there.lowest > here.lowest) break;
+            if (lowest > static_cast<double>(cut_.maxZ) + clearance_ && there.lowest > here.lowest)
+                break;
             ++level;
         } else {
             if (level <= 1 || size < 0.5 * there.width) break;

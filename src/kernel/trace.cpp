@@ -130,6 +130,26 @@ Hit hitOf(const RayBlock& b, const simd::HitLanes& h, int k) {
     return hit;
 }
 
+/// Lane k stands in a tile, at the level of 2 x 2 cells: a shadow ray's neighbours first as a
+/// group.
+void standInTile(const TerrainCut& cut, uint32_t slot, RayBlock& b, int k) {
+    const TileDesc& tile = cut.tiles[slot];
+    const float anchor = anchorHeight(cut);
+    const auto posts = static_cast<uint32_t>(tile.posts) << (cut.format == 0 ? 1 : 2);
+    const auto bounds = static_cast<uint32_t>(tile.bounds) << 2;
+    b.state[k] = simd::kLaneTile;
+    b.slot[k] = static_cast<int32_t>(slot);
+    b.mip[k] = static_cast<int32_t>(tile.mipFlags & kTileMipMask);
+    b.level[k] = b.mip[k] + 1;
+    b.postsOffset[k] = static_cast<int32_t>(posts ^ 0x80000000u);
+    b.boundsOffset[k] = static_cast<int32_t>(bounds ^ 0x80000000u);
+    b.postsZ[k] = tile.z0 - anchor;
+    b.postsStep[k] = tile.zStep;
+    b.boundsZ[k] = tile.boundsZ0 - anchor;
+    b.boundsStep[k] = tile.boundsStep;
+    b.tileDelta[k] = tile.maxDelta;
+}
+
 enum class FirstCell { Occluded, GoesOn, Uncertain };
 
 /// The hit cell of a shadow ray, its root t = 0 divided out: f(t) / t = f1 + f2 t. On GoesOn, the
@@ -185,20 +205,7 @@ FirstCell leaveHitCell(const TerrainCut& cut, const Hit& hit, const Ray& ray, Ra
     const int tileShift = mip + kTileLevels;
     b.level[k] = tileShift;
     if ((nx >> tileShift) == (tile.x >> tileShift) && (ny >> tileShift) == (tile.y >> tileShift)) {
-        const float anchor = anchorHeight(cut);
-        b.state[k] = simd::kLaneTile;
-        b.level[k] = mip + 1;  // the neighbours first as a group
-        b.slot[k] = static_cast<int32_t>(hit.tile);
-        b.mip[k] = mip;
-        const auto posts = static_cast<uint32_t>(tile.posts) << (cut.format == 0 ? 1 : 2);
-        b.postsOffset[k] = static_cast<int32_t>(posts ^ 0x80000000u);
-        b.boundsOffset[k] =
-            static_cast<int32_t>((static_cast<uint32_t>(tile.bounds) << 2) ^ 0x80000000u);
-        b.postsZ[k] = tile.z0 - anchor;
-        b.postsStep[k] = tile.zStep;
-        b.boundsZ[k] = tile.boundsZ0 - anchor;
-        b.boundsStep[k] = tile.boundsStep;
-        b.tileDelta[k] = tile.maxDelta;
+        standInTile(cut, hit.tile, b, k);
     }
     return FirstCell::GoesOn;
 }

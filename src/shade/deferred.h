@@ -50,6 +50,7 @@ private:
         std::vector<Hit> hits;
         std::vector<Ray> rays;
         std::vector<uint8_t> dark;
+        std::vector<Hit> carried;
     };
 
     // shade_lit.cpp
@@ -61,6 +62,9 @@ private:
     rules::Rgb rampAlbedo(const Ground& ground) const;
     rules::Rgb photoColour(const Ground& ground, const rules::Rgb& light) const;
     float gridCover(const Hit& hit, const Ground& ground) const;
+    /// The hits on ground that the plinth carries: rays go on where they hit what stands over it.
+    void cutOverhang(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
+                     std::vector<Hit>& carried) const;
     /// Colour of the plinth where it stands before the hit.
     std::optional<rules::Rgb> plinthColour(const Hit& hit, double px, double py) const;
 

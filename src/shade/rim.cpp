@@ -146,9 +146,9 @@ void straighten(std::span<const Vec2> corners, size_t first, size_t last, std::v
 RimLoop straightened(std::vector<Vec2> corners) {
     // Two corners that stand out are certain to be kept: the first of the upper left, and the one
     // farthest from it.
-    const auto start = std::min_element(
-        corners.begin(), corners.end(),
-        [](const Vec2& a, const Vec2& b) { return a.x + a.y < b.x + b.y; });
+    const auto start =
+        std::min_element(corners.begin(), corners.end(),
+                         [](const Vec2& a, const Vec2& b) { return a.x + a.y < b.x + b.y; });
     std::rotate(corners.begin(), start, corners.end());
     corners.push_back(corners.front());
     size_t far = 1;

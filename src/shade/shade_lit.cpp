@@ -2,6 +2,7 @@
 // Lit pictures: hits to ground, ground to shadow rays, and all of it to colour through the air.
 #include <algorithm>
 
+#include "kernel/height.h"
 #include "shade/deferred.h"
 #include "shade/rules/lines.h"
 
@@ -62,6 +63,10 @@ void DeferredShader::prepareLit(const ImageTile& tile, Vec2 offset, std::span<co
 void DeferredShader::shadeLit(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
                               float weight, std::span<Colour> sum, ShadeCounters& counters) const {
     thread_local Scratch scratch;
+    if (plinth_) {
+        cutOverhang(tile, offset, hits, scratch.carried);
+        hits = scratch.carried;
+    }
     prepareLit(tile, offset, hits, scratch);
     if (light_.sun.g > 0 && settings_.options.shadows) {
         TraceCounters traced;
@@ -111,19 +116,54 @@ Rgb DeferredShader::litColour(const Hit& hit, const Lit& lit, float sunlit) cons
     return rules::throughAir(air_, colour, ground.distance);
 }
 
+void DeferredShader::cutOverhang(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
+                                 std::vector<Hit>& carried) const {
+    carried.assign(hits.begin(), hits.end());
+    const auto overhangs = [&](const Hit& hit) {
+        if (!isHit(hit)) return false;
+        const LatticePlace place = hitPlace(cut_, hit);
+        return !plinth_->isUnder(place.i, place.j);
+    };
+    std::vector<size_t> again;
+    for (size_t k = 0; k < carried.size(); ++k)
+        if (overhangs(carried[k])) again.push_back(k);
+    constexpr int kMostSheets = 4;  // of overhang that one ray goes through
+    const auto width = static_cast<size_t>(tile.width);
+    for (int sheet = 0; sheet < kMostSheets && !again.empty(); ++sheet) {
+        std::vector<Ray> rays;
+        for (const size_t k : again) {
+            rays.push_back(rays_.rayThrough(tile.x + static_cast<double>(k % width) + offset.x,
+                                            tile.y + static_cast<double>(k / width) + offset.y));
+            rays.back().tMin = static_cast<double>(carried[k].t) * (1 + 1e-6);
+        }
+        std::vector<Hit> next(rays.size());
+        TraceCounters counters;
+        firstHits(cut_, rays, next, counters);
+        std::vector<size_t> still;
+        for (size_t n = 0; n < again.size(); ++n) {
+            carried[again[n]] = next[n];
+            if (overhangs(next[n])) still.push_back(again[n]);
+        }
+        again = std::move(still);
+    }
+}
+
 std::optional<Rgb> DeferredShader::plinthColour(const Hit& hit, double px, double py) const {
     if (!plinth_) return std::nullopt;
     const Ray ray = rays_.rayThrough(px, py);
-    const auto wall = plinth_->firstWall(ray, isHit(hit) ? static_cast<double>(hit.t) : ray.tMax);
-    if (!wall) return std::nullopt;
-    const glm::vec3 view = ground_.viewAt(px, py);
-    const glm::vec3 normal = glm::dot(wall->normal, view) > 0 ? -wall->normal : wall->normal;
-    // Even light with a hint of the sun, so that the small steps of a ragged rim do not flash.
+    // What is seen of the ground from below is seen through the block.
+    const bool ground = isHit(hit) && !(hit.flags & kHitFromBelow);
+    const auto seen = plinth_->firstSeen(ray, ground ? static_cast<double>(hit.t) : ray.tMax);
+    if (!seen) return std::nullopt;
+    if (seen->inHole)
+        return rules::throughAir(air_, kRock * rules::lightOn(light_, 0.5f, 1, 0.8f, 1.0f),
+                                 seen->t);
+    // Even light with a hint of the sun.
     const float facing =
-        std::max(0.0f, 0.34f + 0.10f * glm::dot(normal, glm::vec3(settings_.sun.towards)));
+        std::max(0.0f, 0.34f + 0.20f * glm::dot(seen->outwards, glm::vec3(settings_.sun.towards)));
     constexpr float kHalfOpen = 0.75f;  // a wall sees half of the sky and bright floor below
     return rules::throughAir(air_, kPlinth * rules::lightOn(light_, facing, 1, kHalfOpen, 0.5f),
-                             wall->t);
+                             seen->t);
 }
 
 Rgb DeferredShader::rampAlbedo(const Ground& ground) const {

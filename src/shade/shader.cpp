@@ -77,8 +77,8 @@ DeferredShader::DeferredShader(const ResidentTerrain& terrain, const TerrainCut&
 Result<void> DeferredShader::prepare() {
     if (!isLit(settings_.shading)) return {};
     const TerrainInfo& info = terrain_.info();
-    if (settings_.options.base) plinth_.emplace(cut_, info, rays_);
     Overview overview = makeOverview(cut_, info.scheme, kOverviewPosts);
+    if (settings_.options.base) plinth_.emplace(cut_, info, rays_, overview);
     if (needsRamp(settings_.shading)) {
         const double cell = std::ldexp(info.worldFromLattice.columnLength(), overview.mip);
         const HeightSurvey survey = surveyHeights(

@@ -68,6 +68,12 @@ class Input(CliTest):
         self.assertEqual(self.good("render", name, "--size", "16x16", "--quiet", "--assign-crs",
                                    "EPSG:32631").stderr, "")
 
+    def test_crs_names_are_not_completed(self):
+        name = self.ascii_grid()
+        for crs in ("foo", "UTM zone 11", "32633"):
+            self.fails(2, ["--assign-crs", crs], "info", name, "--assign-crs", crs)
+        self.good("info", name, "--assign-crs", "WGS 84 / UTM zone 33N")
+
     def test_units_nodata_and_bands(self):
         name = self.ascii_grid(height=lambda x, y: 100.0 if x < 300 else 7.0)
         for unit, factor in (("m", 1), ("ft", 0.3048), ("us-ft", 1200 / 3937)):

@@ -170,6 +170,33 @@ class Output(CliTest):
         self.fails(2, "source", "render", "dem.tif", *SMALL, "-o", "dem.tif")
         self.assertEqual(self.describe("dem.tif"), before)
 
+    def test_no_input_is_overwritten(self):
+        dem = self.ascii_grid()
+        self.gdal("gdal_translate", "-q", "-ot", "Byte", dem, "photo.tif")
+        self.write("look.csv", "0 0 0 0\n100 255 255 255\n")
+        os.symlink("photo.tif", self.path("link.tif"))
+        for words, flags in [("--output", ["-o", "photo.tif"]), ("--output", ["-o", "./link.tif"]),
+                             ("--aov", ["--aov", "depth=link.tif"]),
+                             ("--stats", ["--stats", "look.csv"])]:
+            self.fails(2, [words, "input"], "render", dem, "--photo", "photo.tif", "--ramp",
+                       "look.csv", *SMALL, *flags)
+        self.fails(2, ["--output", dem], "query", dem, "-o", dem, "height", "1,1")
+
+    def test_an_extent_of_another_shape_is_said(self):
+        ortho = ["--projection", "ortho", "--extent", "0,0,300,200", "-o", "m.png"]
+        wide = self.good("render", self.ascii_grid(), *ortho, "--size", "100x50")
+        self.assertIn("25 columns and 0 rows", wide.stderr)
+        self.assertIn("--size 75x50", wide.stderr)
+        fits = self.good("render", "dem.asc", *ortho, "--size", "75x50")
+        self.assertNotIn("--extent", fits.stderr)
+
+    def test_a_picture_without_terrain_is_said(self):
+        dem = self.ascii_grid()
+        for flags in (["--eye", "0,0,500", "--heading", "200", "--pitch", "10"],
+                      ["--projection", "ortho", "--extent", "9000,0,9100,100"]):
+            self.assertIn("no ray", self.good("render", dem, *SMALL, *flags).stderr)
+        self.assertNotIn("no ray", self.good("render", dem, *SMALL).stderr)
+
     def test_interrupt_leaves_nothing(self):
         dem = self.ascii_grid()
         before = self.left()
