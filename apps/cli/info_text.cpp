@@ -80,13 +80,13 @@ std::string bytesText(uint64_t bytes) {
 }
 
 void sayAssumptions(const SourceInfo& info) {
-    for (const std::string& text : info.assumptions) {
-        const bool noCrs = info.crsName.empty() && text.find("taken as metres") != text.npos;
-        if (noCrs)
-            writeWarning(text);
+    for (const Assumption& assumption : info.assumptions) {
+        if (assumption.isWarning)
+            writeWarning(assumption.text);
         else
-            writeNote(text);
+            writeNote(assumption.text);
     }
+    if (!info.photo.empty()) writeNote("photo " + info.photo);
 }
 
 double reliefPercent(const SourceInfo& info) {
@@ -129,7 +129,7 @@ std::string infoText(const SourceInfo& info) {
     lines.add("Memory", fmt::format("{} to render ({} posts)", bytesText(info.residentBytes),
                                     info.postFormat));
     lines.add("Photo", info.photo);
-    for (const std::string& assumption : info.assumptions) lines.add("Assumed", assumption);
+    for (const Assumption& assumption : info.assumptions) lines.add("Assumed", assumption.text);
     if (const auto factor = suggestedExaggeration(info))
         lines.add("Suggestion",
                   fmt::format("the relief is only {:.2f} % of the width: try --exaggeration {:g}",
@@ -167,8 +167,10 @@ std::string infoJson(const SourceInfo& info) {
         {"post_format", info.postFormat},
         {"resident_bytes", info.residentBytes},
         {"photo", info.photo},
-        {"assumptions", info.assumptions},
+        {"assumptions", ordered_json::array()},
     };
+    for (const Assumption& assumption : info.assumptions)
+        json["assumptions"].push_back(assumption.text);
     const bool range = info.hasRange && info.minHeight <= info.maxHeight;
     json["min_height"] = range ? ordered_json(info.minHeight) : ordered_json();
     json["max_height"] = range ? ordered_json(info.maxHeight) : ordered_json();

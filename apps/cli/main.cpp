@@ -27,7 +27,7 @@ constexpr const char* kFooter =
     "unreadable or refused, 4 device or resource missing, 130 interrupted.";
 
 int report(const Error& error) {
-    std::fputs(fmt::format("terray: {}\n", error.message).c_str(), stderr);
+    std::fputs(fmt::format("terray: {}\n", oneLine(unmarked(error.message))).c_str(), stderr);
     return static_cast<int>(error.code);
 }
 

@@ -17,6 +17,12 @@ std::string unmarked(std::string token) {
     return token;
 }
 
+std::string oneLine(std::string message) {
+    for (char& c : message)
+        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
+    return message;
+}
+
 std::vector<std::string> markNegativeNumbers(std::vector<std::string> arguments) {
     for (std::string& a : arguments) {
         const bool number = a.size() > 1 && a[0] == '-' &&

@@ -33,6 +33,9 @@ inline void check(const Result<void>& result) {
 /// What CLI11 found wrong, in our words: option, what is wrong, what to do.
 std::string usageMessage(const CLI::ParseError& error, const std::string& command);
 
+/// Names of files and bytes of damaged ones may hold anything: control characters become '?'.
+std::string oneLine(std::string message);
+
 /// Tokens like -105.5 or -3,4 would be taken for short options: marks them as numbers.
 /// parse.h understands the mark.
 std::vector<std::string> markNegativeNumbers(std::vector<std::string> arguments);

@@ -13,6 +13,12 @@
 
 namespace terray {
 
+/// Something that the data do not say, and what was taken for it.
+struct Assumption {
+    std::string text;        ///< one sentence, naming the option that says otherwise
+    bool isWarning = false;  ///< places or heights are wrong, not only less exact, if it is wrong
+};
+
 /// Facts about a source (`terray info`): what the file says, and what Terray makes of it.
 struct SourceInfo {
     std::string source, driver;
@@ -27,19 +33,20 @@ struct SourceInfo {
     std::string nodataRule;  ///< "value -32768", "NaN", "mask band", "alpha band", "none"
     std::string heightUnit;  ///< "m", "ft", "us-ft"
     double scale = 1, offset = 0;
-    bool hasRange = false;
-    double minHeight = 0, maxHeight = 0;  ///< metres, of the samples as decoded (exact scan)
-    int64_t holes = 0;                    ///< samples without a height
+    bool hasRange = false;  ///< the samples have been scanned
+    /// Metres, of the samples as decoded (exact scan); min > max: no sample has a height.
+    double minHeight = 0, maxHeight = 0;
+    int64_t holes = 0;  ///< samples without a height
     // working lattice
     bool warped = false;
     std::string workingCrsName;
     int64_t workingColumns = 0, workingRows = 0;
     double workingCellX = 0, workingCellY = 0;  ///< metres
     int mips = 0;
-    std::string postFormat;                ///< "16 bit" or "float"
-    uint64_t residentBytes = 0;            ///< memory to render it
-    std::vector<std::string> assumptions;  ///< what was assumed because the data do not say
-    std::string photo;                     ///< one line about the photo, if any
+    std::string postFormat;      ///< "16 bit" or "float"
+    uint64_t residentBytes = 0;  ///< memory to render it
+    std::vector<Assumption> assumptions;
+    std::string photo;  ///< one line about the photo, if any
 };
 
 /// Reads a source's header and, with `scan`, its samples' range.

@@ -20,6 +20,13 @@ spdlog::logger& logger() {
     return *instance;
 }
 
+/// Names of files and bytes of damaged ones may hold anything.
+std::string oneLine(std::string text) {
+    for (char& c : text)
+        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
+    return text;
+}
+
 }  // namespace
 
 void setVerbosity(Verbosity verbosity) {
@@ -30,8 +37,8 @@ void setVerbosity(Verbosity verbosity) {
     }
 }
 
-void writeNote(const std::string& text) { logger().info("note: " + text); }
-void writeWarning(const std::string& text) { logger().warn("warning: " + text); }
+void writeNote(const std::string& text) { logger().info("note: " + oneLine(text)); }
+void writeWarning(const std::string& text) { logger().warn("warning: " + oneLine(text)); }
 void writeDetail(const std::string& text) { logger().debug(text); }
 
 }  // namespace terray::log

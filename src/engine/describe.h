@@ -7,7 +7,7 @@
 
 namespace terray {
 
-/// Fills the part of the facts that follows from the lattice: sizes, mips, memory, assumptions.
+/// Fills the part of the facts that follows from the lattice: sizes, mips, memory.
 void describeLattice(const TerrainInfo& info, SourceInfo& facts);
 
 }  // namespace terray

@@ -17,7 +17,6 @@ void describeLattice(const TerrainInfo& info, SourceInfo& facts) {
     facts.mips = info.scheme.mipCount();
     facts.postFormat = info.format == PostFormat::Int16 ? "16 bit" : "float";
     facts.residentBytes = ResidentTerrain::requiredBytes(info);
-    if (facts.assumptions.empty()) facts.assumptions = info.assumptions;
 }
 
 Result<SourceInfo> inspect(const std::string& source, const OpenOptions& options, bool scan) {

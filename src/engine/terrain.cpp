@@ -23,7 +23,7 @@ Result<void> loadPhotoOf(Terrain::State& state, const OpenOptions& options, uint
     const TerrainInfo& info = state.resident->info();
     // Shading keeps coarser mips of the photo: a third more.
     auto photo = loadPhoto(options.photo, options, info.crsWkt, info.metresPerCrsUnit,
-                           state.worldMin(), state.worldMax(), maxBytes / 4 * 3);
+                           state.worldMin(), state.worldMax(), maxBytes / 4 * 3, state.dataCrsWkt);
     if (!photo) return photo.error();
     state.photo = std::move(*photo);
     state.facts.photo = state.photo->description;

@@ -22,7 +22,7 @@ struct Description {
     std::optional<CrsFacts> crs;
     std::string heightUnit;
     Affine2 dataFromSample;  ///< sample (i, j) = pixel centre, in CRS units
-    std::vector<std::string> assumptions;
+    std::vector<Assumption> assumptions;
 };
 
 /// Pixel centres carry the samples; GDAL has already moved the geotransform of pixel-is-point files
@@ -87,8 +87,11 @@ Result<void> describePlace(const OpenOptions& options, Description& d) {
                          name, extent.min.x, extent.max.x, extent.min.y, extent.max.y);
     }
     if (d.header.transform) {
-        d.assumptions.push_back(fmt::format(
-            "'{}' has no CRS; its coordinates are taken as metres (--assign-crs names one)", name));
+        d.assumptions.push_back(
+            {fmt::format("'{}' has no CRS; its coordinates are taken as metres (--assign-crs names "
+                         "one)",
+                         name),
+             true});
     }
     return {};
 }
@@ -111,8 +114,8 @@ void describeHeights(const OpenOptions& options, Description& d) {
                                            "gives its heights in '{}', which is no unit of length "
                                            "that Terray knows",
                                            declared);
-        d.assumptions.push_back(fmt::format(
-            "'{}' {}; metres are assumed (--height-unit says otherwise)", d.header.name, what));
+        d.assumptions.push_back({fmt::format(
+            "'{}' {}; metres are assumed (--height-unit says otherwise)", d.header.name, what)});
     }
     d.heightUnit = unit.name;
     d.header.rules.metresPerUnit = unit.metres;
@@ -130,18 +133,23 @@ Result<Description> describe(const std::string& path, const OpenOptions& options
 }
 
 void setRange(const SampleRange& range, const RasterHeader& header, SourceInfo& facts) {
-    facts.hasRange = range.hasRange;
+    facts.hasRange = true;
     facts.holes = range.holes;
-    if (!range.hasRange) return;
+    if (!range.hasRange) {
+        facts.minHeight = HUGE_VAL;
+        facts.maxHeight = -HUGE_VAL;
+        return;
+    }
     const double a = header.rules.metres(range.rawMin), b = header.rules.metres(range.rawMax);
     facts.minHeight = std::min(a, b);
     facts.maxHeight = std::max(a, b);
     for (const double mark : {-32768.0, -32767.0, -9999.0, -99999.0}) {
         if (range.rawMin != mark) continue;
-        facts.assumptions.push_back(fmt::format(
-            "the lowest number in '{}' is {}, which often means no data; it is taken as a height "
-            "(--nodata {} makes it a hole)",
-            header.name, mark, mark));
+        facts.assumptions.push_back(
+            {fmt::format("the lowest number in '{}' is {}, which often means no data; it is taken "
+                         "as a height (--nodata {} makes it a hole)",
+                         header.name, mark, mark),
+             true});
     }
 }
 
@@ -223,7 +231,7 @@ Result<void> placeLattice(const Description& d, const OpenOptions& options, Terr
     info.scheme = {plan->columns, plan->rows};
     info.worldFromLattice = plan->worldFromLattice;
     facts.warped = true;
-    facts.assumptions.push_back(working->reason);
+    facts.assumptions.push_back({working->reason});
     return {};
 }
 
@@ -261,7 +269,6 @@ Dem describeSynthetic(std::unique_ptr<HeightSource> source) {
     facts.horizontalUnit = std::string("metre");
     facts.nodataRule = std::string("NaN");
     facts.heightUnit = std::string("m");
-    facts.assumptions = info.assumptions;
     finishFacts(info, facts);
     return {std::move(source), std::move(facts), info.crsWkt};
 }
@@ -285,11 +292,9 @@ Result<void> scanSynthetic(const HeightSource& source, SourceInfo& facts) {
         }
     }
     facts.holes = holes;
-    facts.hasRange = lowest <= highest;
-    if (facts.hasRange) {
-        facts.minHeight = lowest;
-        facts.maxHeight = highest;
-    }
+    facts.hasRange = true;
+    facts.minHeight = lowest;
+    facts.maxHeight = highest;
     return {};
 }
 
@@ -325,9 +330,10 @@ Result<Dem> openDem(const std::string& path, const OpenOptions& options) {
         info.z0 = codes->z0;
         info.zStep = codes->zStep;
     }
-    info.minZ = static_cast<float>(dem.facts.minHeight);
-    info.maxZ = static_cast<float>(dem.facts.maxHeight);
-    info.assumptions = dem.facts.assumptions;
+    if (dem.facts.minHeight <= dem.facts.maxHeight) {
+        info.minZ = static_cast<float>(dem.facts.minHeight);
+        info.maxZ = static_cast<float>(dem.facts.maxHeight);
+    }
     finishFacts(info, dem.facts);
     dem.source = plan ? makeWarpedSource(std::move(info), std::move(*plan))
                       : makeRasterSource(std::move(info), d.header, codes);

@@ -96,7 +96,7 @@ TEST_F(DemCrsTest, SixteenBitPngWithWorldFile) {
     expectPlace(worldOf(dem, 0, 0), 600012.5, 5000012.5);
     expectPlace(worldOf(dem, 1, 1), 600037.5, 4999987.5);
     EXPECT_THAT(posts(dem), ElementsAre(1, 2, 3, 40000));
-    EXPECT_THAT(dem.facts.assumptions, Contains(HasSubstr("taken as metres")));
+    EXPECT_THAT(textsOf(dem.facts), Contains(HasSubstr("taken as metres")));
     EXPECT_EQ(dem.source->info().ellipsoidRadius, 0);
 }
 
@@ -106,7 +106,7 @@ TEST_F(DemCrsTest, WithoutGeoreferencePixelsAreMetres) {
     recipe.crs.clear();
     const Dem dem = open(write(recipe));
     EXPECT_THAT(dem.facts.geoTransform, IsEmpty());
-    EXPECT_THAT(dem.facts.assumptions, Contains(HasSubstr("no georeference")));
+    EXPECT_THAT(textsOf(dem.facts), Contains(HasSubstr("no georeference")));
     expectPlace(worldOf(dem, 0, 0), 0.5, 2.5);
     expectPlace(worldOf(dem, 3, 2), 3.5, 0.5);
     EXPECT_EQ(dem.dataCrsWkt, "");
@@ -138,7 +138,7 @@ TEST_F(DemCrsTest, ControlPointsOnAPlaneMapAreUsedOthersAreIgnoredAndSaid) {
             EXPECT_EQ(dem.facts.crsName, "WGS 84 / UTM zone 33N");
         } else {
             expectPlace(worldOf(dem, 0, 0), 0.5, 9.5);
-            EXPECT_THAT(dem.facts.assumptions, Contains(HasSubstr("gdalwarp")));
+            EXPECT_THAT(textsOf(dem.facts), Contains(HasSubstr("gdalwarp")));
         }
     }
 }
@@ -165,7 +165,9 @@ TEST_F(DemCrsTest, ProjectedCoordinatesWithoutCrsAreMetresAndThatIsSaid) {
     recipe.crs.clear();
     const std::string file = write(recipe);
     const Dem dem = open(file);
-    EXPECT_THAT(dem.facts.assumptions, Contains(HasSubstr("no CRS")));
+    EXPECT_THAT(textsOf(dem.facts), Contains(HasSubstr("no CRS")));
+    for (const Assumption& assumption : dem.facts.assumptions)
+        EXPECT_EQ(assumption.isWarning, assumption.text.find("no CRS") != std::string::npos);
     EXPECT_EQ(dem.source->info().crsWkt, "");
     OpenOptions options;
     options.workingCrs = "EPSG:32633";
@@ -202,7 +204,7 @@ TEST_F(DemCrsTest, TheVerticalCrsTellsTheHeightUnit) {
     const Dem dem = open(write(recipe));
     EXPECT_EQ(dem.facts.heightUnit, "us-ft");
     EXPECT_FALSE(dem.facts.warped);
-    EXPECT_THAT(dem.facts.assumptions, IsEmpty());
+    EXPECT_THAT(textsOf(dem.facts), IsEmpty());
     EXPECT_NEAR(posts(dem)[3], 1200, 1e-3);
 }
 

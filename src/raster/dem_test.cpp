@@ -204,13 +204,14 @@ TEST_F(DemTest, GivenNodataReplacesTheDeclaredOne) {
     EXPECT_EQ(dem.facts.nodataRule, "value 0 (--nodata)");
 }
 
-TEST_F(DemTest, AllHolesIsATerrainWithoutRange) {
+TEST_F(DemTest, AllHolesIsATerrainWithoutHeights) {
     for (const GDALDataType type : {GDT_Int16, GDT_Float32}) {
         RasterRecipe recipe{.columns = 2, .rows = 2, .type = type, .values = {-9, -9, -9, -9}};
         recipe.nodata = -9;
         const std::string file = write(recipe);
         const SourceInfo facts = scanned(file);
-        EXPECT_FALSE(facts.hasRange);
+        EXPECT_TRUE(facts.hasRange);
+        EXPECT_GT(facts.minHeight, facts.maxHeight);
         EXPECT_EQ(facts.holes, 4);
         for (const float z : posts(open(file))) EXPECT_TRUE(std::isnan(z));
     }
@@ -244,7 +245,7 @@ TEST_F(DemTest, UndeclaredSentinelsAreHeightsButToldOf) {
     recipe.values = {100, 200, -32768, 300};
     const Dem dem = open(write(recipe));
     EXPECT_THAT(posts(dem), ElementsAre(100, 200, -32768, 300));
-    EXPECT_THAT(dem.facts.assumptions, testing::Contains(HasSubstr("--nodata -32768")));
+    EXPECT_THAT(textsOf(dem.facts), testing::Contains(HasSubstr("--nodata -32768")));
 }
 
 TEST_F(DemTest, FeetBecomeMetres) {
@@ -272,7 +273,7 @@ TEST_F(DemTest, FeetBecomeMetres) {
             const std::string file = write(recipe);
             const Dem dem = open(file, options);
             EXPECT_EQ(dem.facts.heightUnit, c.name);
-            EXPECT_THAT(dem.facts.assumptions, IsEmpty());
+            EXPECT_THAT(textsOf(dem.facts), IsEmpty());
             const std::vector<float> heights = posts(dem);
             for (size_t k = 0; k < 4; ++k) {
                 EXPECT_NEAR(heights[k], recipe.values[k] * c.metres, 5e-4) << k;
@@ -284,10 +285,10 @@ TEST_F(DemTest, FeetBecomeMetres) {
 
 TEST_F(DemTest, UnknownHeightUnitIsAssumedAndSaid) {
     RasterRecipe recipe{.columns = 2, .rows = 2, .values = {1, 2, 3, 4}};
-    EXPECT_THAT(open(write(recipe)).facts.assumptions,
+    EXPECT_THAT(textsOf(open(write(recipe)).facts),
                 ElementsAre(HasSubstr("metres are assumed (--height-unit")));
     recipe.unit = "furlong";
-    EXPECT_THAT(open(write(recipe)).facts.assumptions, ElementsAre(HasSubstr("'furlong'")));
+    EXPECT_THAT(textsOf(open(write(recipe)).facts), ElementsAre(HasSubstr("'furlong'")));
 }
 
 TEST_F(DemTest, EncodedHeightsAreDecoded) {
@@ -317,7 +318,7 @@ TEST_F(DemTest, AnEncodedPictureIsRecognisedAndTheFlagNamed) {
     for (int k = 0; k < 256; ++k) recipe.values.push_back(200 + k / 64);
     for (int k = 0; k < 256; ++k) recipe.values.push_back(k * 37 % 256);
     const Dem dem = open(write(recipe, "tile.png"));
-    EXPECT_THAT(dem.facts.assumptions, testing::Contains(HasSubstr("--encoding terrain-rgb")));
+    EXPECT_THAT(textsOf(dem.facts), testing::Contains(HasSubstr("--encoding terrain-rgb")));
 }
 
 TEST_F(DemTest, AnyWindowReadsTheSameHeightsWhateverTheBlocks) {

@@ -77,7 +77,7 @@ TEST_F(DemWarpTest, PostsAreTheHeightsOfTheirPlaces) {
     EXPECT_GT(seen, 100000);
     // Catmull-Rom on waves of 60 samples errs by 0.1 m; 0.01 samples of the map are 0.4 m here
     EXPECT_LT(worst, 0.3);
-    EXPECT_THAT(dem.facts.assumptions, Contains(HasSubstr("warped to WGS 84 / UTM zone 32N")));
+    EXPECT_THAT(textsOf(dem.facts), Contains(HasSubstr("warped to WGS 84 / UTM zone 32N")));
 }
 
 TEST_F(DemWarpTest, TheMapIsGoodToAHundredthOfASampleOverAContinent) {

@@ -30,10 +30,11 @@ bool readControlPoints(GDALDataset& dataset, RasterHeader& header) {
         header.crsWkt = wktOf(dataset.GetGCPSpatialRef());
         return true;
     }
-    header.assumptions.push_back(fmt::format(
-        "'{}' has {} ground control points that lie on no plane map; they are ignored and its "
-        "pixels are taken as metres (gdalwarp makes a map of them)",
-        header.name, count));
+    header.assumptions.push_back(
+        {fmt::format("'{}' has {} ground control points that lie on no plane map; they are ignored "
+                     "and its pixels are taken as metres (gdalwarp makes a map of them)",
+                     header.name, count),
+         true});
     return true;
 }
 
@@ -46,7 +47,8 @@ Result<void> readGeoreference(GDALDataset& dataset, RasterHeader& header) {
         header.crsWkt = wktOf(dataset.GetSpatialRef());
     } else if (!readControlPoints(dataset, header)) {
         header.assumptions.push_back(
-            fmt::format("'{}' has no georeference; its pixels are taken as metres", header.name));
+            {fmt::format("'{}' has no georeference; its pixels are taken as metres", header.name),
+             true});
     }
     if (!header.transform) return {};
     const std::array<double, 6>& t = *header.transform;

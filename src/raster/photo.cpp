@@ -54,17 +54,24 @@ struct Opened {
     RasterHeader header;  // name, transform, crsWkt only
     Box world;            // the rectangle asked for
     uint64_t maxBytes = 0;
+    bool takesTerrainsCrs = false;  // it has coordinates but names no CRS
 
     int columns() const { return dataset->GetRasterXSize(); }
     int rows() const { return dataset->GetRasterYSize(); }
     Box raster() const { return {{0, 0}, {columns(), rows()}}; }
 };
 
-Error doesNotTouch(const Opened& photo, const char* because) {
+const char* assumption(const Opened& photo) {
+    return photo.takesTerrainsCrs
+               ? " (it has no CRS: its coordinates are taken as those of the terrain)"
+               : "";
+}
+
+Error doesNotTouch(const Opened& photo) {
     return makeError(ErrorCode::Input,
                      "the photo '{}' does not touch the terrain{}; give one that lies over it, or "
                      "set its georeference with gdal_edit",
-                     photo.path, because);
+                     photo.path, assumption(photo));
 }
 
 /// Pixels (not samples) of the raster's corner-based geotransform.
@@ -124,10 +131,7 @@ Result<Photo> loadDirect(Opened& photo, PhotoPixels& pixels, const Affine2& worl
         },
         complete);
     if (overlap(needed, photo.raster()).isEmpty()) {
-        return doesNotTouch(photo, photo.header.crsWkt.empty()
-                                       ? " (it has no CRS: its coordinates are taken as those of "
-                                         "the terrain)"
-                                       : "");
+        return doesNotTouch(photo);
     }
     PhotoWindow window = windowOver(photo, needed, kMargin);
     const double factor =
@@ -141,8 +145,9 @@ Result<Photo> loadDirect(Opened& photo, PhotoPixels& pixels, const Affine2& worl
     result.rgba.resize(static_cast<size_t>(result.width) * static_cast<size_t>(result.height) * 4);
     result.worldFromPixel = placesOfSamples(worldFromPixel, window);
     TERRAY_TRY(pixels.read(window, result.rgba.data()));
-    result.description = fmt::format("{}: {} x {} pixels, {}, {}{}", photo.path, result.width,
-                                     result.height, pixels.description(), how, reducedBy(factor));
+    result.description =
+        fmt::format("{}: {} x {} pixels, {}, {}{}{}", photo.path, result.width, result.height,
+                    pixels.description(), how, assumption(photo), reducedBy(factor));
     return result;
 }
 
@@ -183,7 +188,7 @@ Result<Warp> planWarp(const Opened& photo, const std::string& workingCrs) {
         return Vec2(pixel.i, pixel.j);
     };
     const Box needed = mapBox(photo.world, pixelFromWorld, complete);
-    if (overlap(needed, photo.raster()).isEmpty()) return doesNotTouch(photo, "");
+    if (overlap(needed, photo.raster()).isEmpty()) return doesNotTouch(photo);
     const Vec2 size = needed.size();
     warp.window = windowOver(photo, needed, kMargin + 0.02 * std::max(size.x, size.y));
 
@@ -196,7 +201,7 @@ Result<Warp> planWarp(const Opened& photo, const std::string& workingCrs) {
     const Box footprint = mapBox(windowBox, worldFromPixel, complete);
     const Box covered = complete ? overlap(photo.world, footprint) : photo.world;
     double step = groundSize(*frame, data, warp.window);
-    if (covered.isEmpty() || !(step > 0)) return doesNotTouch(photo, "");
+    if (covered.isEmpty() || !(step > 0)) return doesNotTouch(photo);
 
     const Vec2 extent = covered.size();
     const double latticePixels = std::ceil(extent.x / step) * std::ceil(extent.y / step);
@@ -229,9 +234,9 @@ Result<Photo> loadWarped(Opened& photo, PhotoPixels& pixels, const std::string& 
     result.rgba.resize(static_cast<size_t>(result.width) * static_cast<size_t>(result.height) * 4);
     resamplePhoto({source.data(), window.outWidth, window.outHeight}, *map, result);
     result.description =
-        fmt::format("{}: {} x {} pixels of {:.4g} m, {}, warped to the working CRS{}", photo.path,
+        fmt::format("{}: {} x {} pixels of {:.4g} m, {}, warped to the working CRS{}{}", photo.path,
                     result.width, result.height, warp->plan.worldFromLattice.column.x,
-                    pixels.description(), reducedBy(warp->factor));
+                    pixels.description(), assumption(photo), reducedBy(warp->factor));
     return result;
 }
 
@@ -265,7 +270,7 @@ Affine2 stretchedOver(const Opened& photo) {
 
 Result<Photo> loadPhoto(const std::string& path, const OpenOptions& options,
                         const std::string& workingCrsWkt, double metresPerCrsUnit, Vec2 worldMin,
-                        Vec2 worldMax, uint64_t maxBytes) {
+                        Vec2 worldMax, uint64_t maxBytes, const std::string& dataCrsWkt) {
     ensureGdal();
     // for this thread and call: decode on all cores, and copy uncompressed GeoTIFFs past the cache
     const CPLConfigOptionSetter allCores("GDAL_NUM_THREADS", "ALL_CPUS", true);
@@ -279,6 +284,8 @@ Result<Photo> loadPhoto(const std::string& path, const OpenOptions& options,
                           "without georeference, stretched over the terrain");
     }
     const Affine2 asWorld = scaled(dataFromPixel(*photo), metresPerCrsUnit);
+    photo->takesTerrainsCrs = photo->header.crsWkt.empty();
+    if (photo->takesTerrainsCrs) photo->header.crsWkt = dataCrsWkt;
     const std::string& crs = photo->header.crsWkt;
     if (crs.empty() || workingCrsWkt.empty()) {
         const char* const how = crs.empty() == workingCrsWkt.empty()

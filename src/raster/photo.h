@@ -23,11 +23,11 @@ struct Photo {
 
 /// Reads the part of a photo over a world rectangle (metres), warped to the working CRS if its own
 /// differs, at its own resolution or coarser so that it stays within `maxBytes` (said in a note).
-/// Without a CRS the photo must match by georeference; a photo without any georeference is
-/// stretched over the DEM's extent, with a note. A photo that does not touch the rectangle is an
-/// error (Input).
+/// A photo with coordinates but no CRS is taken to be in `dataCrsWkt` (the DEM's; empty: the
+/// working CRS); one without any georeference is stretched over the DEM's extent, with a note. A
+/// photo that does not touch the rectangle is an error (Input).
 Result<Photo> loadPhoto(const std::string& path, const OpenOptions& options,
                         const std::string& workingCrsWkt, double metresPerCrsUnit, Vec2 worldMin,
-                        Vec2 worldMax, uint64_t maxBytes);
+                        Vec2 worldMax, uint64_t maxBytes, const std::string& dataCrsWkt = {});
 
 }  // namespace terray

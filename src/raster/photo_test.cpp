@@ -193,6 +193,21 @@ TEST(Photo, WithoutCrsIsLaidByItsCoordinates) {
     EXPECT_THAT(elsewhere.error().message, HasSubstr("no CRS"));
 }
 
+TEST(Photo, WithoutCrsIsInTheOneOfTheDem) {
+    const std::string path = writeRaster(
+        "photo_degrees.tif",
+        {.width = 20, .height = 20, .transform = {14.9, 0.01, 0, 50.1, 0, -0.01}, .value = byteOf});
+    const Vec2 lo{499000, 5538000}, hi{501000, 5540000};
+    const auto photo =
+        loadPhoto(path, {}, wktOf("EPSG:32633"), 1, lo, hi, kPlenty, wktOf("EPSG:4326"));
+    ASSERT_TRUE(photo) << photo.error().message;
+    EXPECT_THAT(photo->description, HasSubstr("no CRS"));
+    const auto outside = loadPhoto(path, {}, wktOf("EPSG:32633"), 1, hi + 1e5, hi + 2e5, kPlenty,
+                                   wktOf("EPSG:4326"));
+    ASSERT_FALSE(outside);
+    EXPECT_THAT(outside.error().message, HasSubstr("no CRS"));
+}
+
 TEST(Photo, StaysWithinTheMemoryGiven) {
     const std::string same = writeRaster(
         "photo_big.tif", {.width = 1000,

@@ -246,8 +246,9 @@ void noteColourPicture(GDALDataset& dataset, RasterHeader& header) {
         advice = "it looks like encoded heights: decode them with --encoding terrarium";
     }
     header.assumptions.push_back(
-        fmt::format("'{}' is a colour picture; its band {} is taken as heights ({})", header.name,
-                    header.rules.band, advice));
+        {fmt::format("'{}' is a colour picture; its band {} is taken as heights ({})", header.name,
+                     header.rules.band, advice),
+         true});
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "base/result.h"
 #include "raster/gdal_handle.h"
 #include "terray/options.h"
+#include "terray/terrain.h"
 
 namespace terray {
 
@@ -46,8 +47,8 @@ struct RasterHeader {
     std::string crsWkt;    ///< WKT2; empty if none
     std::string unitType;  ///< of the heights as the band says; empty if it does not
     std::string nodataRule;
-    SampleRules rules;                     ///< metresPerUnit is still 1
-    std::vector<std::string> assumptions;  ///< sentences
+    SampleRules rules;  ///< metresPerUnit is still 1
+    std::vector<Assumption> assumptions;
 };
 
 /// Opens a dataset for reading; the one subdataset if it has no bands itself. Error: Input.

@@ -19,6 +19,12 @@
 
 namespace terray::test {
 
+inline std::vector<std::string> textsOf(const SourceInfo& facts) {
+    std::vector<std::string> texts;
+    for (const Assumption& assumption : facts.assumptions) texts.push_back(assumption.text);
+    return texts;
+}
+
 /// What to write; values row by row.
 struct RasterRecipe {
     int columns = 4, rows = 3, bands = 1;

@@ -21,6 +21,11 @@ constexpr double kMargin = 1e-3;
 /// Heights of one face's upper edge, at most.
 constexpr double kMostTops = 1 << 20;
 
+/// Cells a unit of t, not 0.
+double speedOf(const Ray& ray) {
+    return std::max(std::sqrt(ray.dx * ray.dx + ray.dy * ray.dy), 1e-12);
+}
+
 double heightOn(const Ray& ray, double t) { return ray.z + (ray.dz + ray.bend * t) * t; }
 
 /// Calls visit(i, j, tIn, tOut) for each square of `size` cells along a ray, in order, until it
@@ -197,7 +202,7 @@ double Plinth::topAt(const Face& face, double share) const {
 std::optional<Plinth::Crossing> Plinth::firstCrossing(const Ray& ray, int64_t block, double tIn,
                                                       double tOut) const {
     std::optional<Crossing> first;
-    const double slack = kMargin / std::max(std::hypot(ray.dx, ray.dy), 1e-12);
+    const double slack = kMargin / speedOf(ray);
     double end = tOut + slack;
     for (const uint32_t f : facesIn(block)) {
         const Face& face = faces_[f];
@@ -254,7 +259,7 @@ std::optional<Plinth::Seen> Plinth::firstSeen(const Ray& ray, double tMax) const
         tOut = std::min(tOut, std::max(a, b));
     };
     // A ray on the raster's border still crosses the faces there.
-    const double before = kMargin / std::max(std::hypot(ray.dx, ray.dy), 1e-12);
+    const double before = kMargin / speedOf(ray);
     clip(ray.x, ray.dx, static_cast<double>(cellsI_));
     clip(ray.y, ray.dy, static_cast<double>(cellsJ_));
     tIn -= before;

@@ -122,7 +122,9 @@ Result<std::string> readSmallFile(const std::string& path) {
     constexpr std::streamsize kMost = 1 << 20;
     std::string text(static_cast<size_t>(kMost) + 1, '\0');
     file.read(text.data(), kMost + 1);
-    if (file.gcount() > kMost || file.bad())
+    if (file.bad())
+        return makeError(ErrorCode::Input, "'{}' cannot be read; give a colour text file", path);
+    if (file.gcount() > kMost)
         return makeError(ErrorCode::Input,
                          "'{}' is too large for a colour text file (1 MiB at most)", path);
     text.resize(static_cast<size_t>(file.gcount()));

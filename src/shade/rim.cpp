@@ -13,8 +13,12 @@
 namespace terray {
 namespace {
 
-/// How far a straight side may be from the corners that it replaces, in cells of the overview.
-constexpr double kStraighten = 1.0;
+/// How far a straight side may be from the corners that it replaces, and by how much the rim is
+/// within the ground, so that it stays there: cells of the overview.
+int straightening(const Overview& view) {
+    constexpr int kLarge = 1000;  // two cells of as many are hardly a pixel of a picture
+    return std::max(view.width, view.height) > kLarge ? 2 : 1;
+}
 
 /// One byte a cell, with a ring of cells around that are outside.
 struct CellMask {
@@ -60,14 +64,20 @@ void floodOutside(CellMask& mask) {
     }
 }
 
-/// Cells that touch an outside cell of the raster become outside, too; its border stays.
+/// Nothing but the ring is outside.
+bool isFull(const CellMask& mask) {
+    const auto ring = 2 * static_cast<std::ptrdiff_t>(mask.width + mask.height - 2);
+    return std::count(mask.cells.begin(), mask.cells.end(), kOutside) == ring;
+}
+
+/// Cells that touch an outside cell become outside, too.
 CellMask shrunk(CellMask& mask) {
     CellMask less = mask;
-    for (int j = 1; j + 1 < mask.height; ++j)
-        for (int i = 1; i + 1 < mask.width; ++i) {
+    for (int j = 0; j < mask.height; ++j)
+        for (int i = 0; i < mask.width; ++i) {
             if (mask.at(i, j) != kOutside) continue;
-            for (int y = std::max(j - 1, 1); y <= std::min(j + 1, mask.height - 2); ++y)
-                for (int x = std::max(i - 1, 1); x <= std::min(i + 1, mask.width - 2); ++x)
+            for (int y = std::max(j - 1, 0); y <= std::min(j + 1, mask.height - 1); ++y)
+                for (int x = std::max(i - 1, 0); x <= std::min(i + 1, mask.width - 1); ++x)
                     less.at(x, y) = kOutside;
         }
     return less;
@@ -123,12 +133,13 @@ double distanceFrom(const Vec2& a, const Vec2& b, const Vec2& p) {
 }
 
 /// Marks the corners to keep between two kept ones.
-void straighten(std::span<const Vec2> corners, size_t first, size_t last, std::vector<bool>& keep) {
+void straighten(std::span<const Vec2> corners, size_t first, size_t last, double reach,
+                std::vector<bool>& keep) {
     std::vector<std::pair<size_t, size_t>> open{{first, last}};
     while (!open.empty()) {
         const auto [from, to] = open.back();
         open.pop_back();
-        double most = kStraighten;
+        double most = reach;
         size_t farthest = from;
         for (size_t k = from + 1; k < to; ++k) {
             const double away = distanceFrom(corners[from], corners[to], corners[k]);
@@ -143,7 +154,7 @@ void straighten(std::span<const Vec2> corners, size_t first, size_t last, std::v
     }
 }
 
-RimLoop straightened(std::vector<Vec2> corners) {
+RimLoop straightened(std::vector<Vec2> corners, double reach) {
     // Two corners that stand out are certain to be kept: the first of the upper left, and the one
     // farthest from it.
     const auto start =
@@ -157,8 +168,8 @@ RimLoop straightened(std::vector<Vec2> corners) {
             far = k;
     std::vector<bool> keep(corners.size(), false);
     keep.front() = keep[far] = true;
-    straighten(corners, 0, far, keep);
-    straighten(corners, far, corners.size() - 1, keep);
+    straighten(corners, 0, far, reach, keep);
+    straighten(corners, far, corners.size() - 1, reach, keep);
     RimLoop loop;
     for (size_t k = 0; k + 1 < corners.size(); ++k)
         if (keep[k]) loop.push_back(corners[k]);
@@ -170,14 +181,16 @@ RimLoop straightened(std::vector<Vec2> corners) {
 std::vector<RimLoop> outerRims(const Overview& view) {
     CellMask mask = groundMask(view);
     floodOutside(mask);
-    mask = shrunk(mask);
+    const int reach = straightening(view);
+    if (!isFull(mask))
+        for (int k = 0; k < reach; ++k) mask = shrunk(mask);
     CellMask steps = borderSteps(mask);
     const double size = std::ldexp(1.0, view.mip);
     std::vector<RimLoop> loops;
     for (int j = 0; j < steps.height; ++j)
         for (int i = 0; i < steps.width; ++i)
             while (steps.at(i, j) != 0) {
-                RimLoop loop = straightened(followBorder(steps, i, j));
+                RimLoop loop = straightened(followBorder(steps, i, j), reach);
                 for (Vec2& corner : loop) corner *= size;
                 if (loop.size() > 2) loops.push_back(std::move(loop));
             }

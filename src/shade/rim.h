@@ -14,8 +14,8 @@ namespace terray {
 using RimLoop = std::vector<Vec2>;
 
 /// The outer rims of an overview's ground. Holes inside are not rims. Where ground ends at holes
-/// and not at the raster's border, the rim runs within the ground, about one cell of the overview
-/// inside, so that straight sides replace the steps of cells and still have ground above them.
+/// and not only at the raster's border, the rim runs a cell or two of the overview within it, so
+/// that straight sides replace the steps of cells and still have ground above them.
 std::vector<RimLoop> outerRims(const Overview& view);
 
 }  // namespace terray

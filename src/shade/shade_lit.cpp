@@ -160,7 +160,7 @@ std::optional<Rgb> DeferredShader::plinthColour(const Hit& hit, double px, doubl
                                  seen->t);
     // Even light with a hint of the sun.
     const float facing =
-        std::max(0.0f, 0.34f + 0.20f * glm::dot(seen->outwards, glm::vec3(settings_.sun.towards)));
+        std::max(0.0f, 0.42f + 0.20f * glm::dot(seen->outwards, glm::vec3(settings_.sun.towards)));
     constexpr float kHalfOpen = 0.75f;  // a wall sees half of the sky and bright floor below
     return rules::throughAir(air_, kPlinth * rules::lightOn(light_, facing, 1, kHalfOpen, 0.5f),
                              seen->t);

@@ -29,8 +29,6 @@ struct TerrainInfo {
     float z0 = 0, zStep = 0;  ///< decoding of Int16 posts, the same for every tile and mip
     float minZ = 0,
           maxZ = 0;  ///< metres, over the valid posts of mip 0; exact once the terrain is resident
-    std::vector<std::string>
-        assumptions;  ///< one sentence each: what the data did not say and what was taken
 };
 
 /// Bounds of 64 x 64 cells of a tile, row-major, 8 x 8 a tile; heights in metres, rounded outwards.

@@ -167,7 +167,7 @@ class Output(CliTest):
     def test_the_source_is_not_overwritten(self):
         self.gdal("gdal_translate", "-q", self.ascii_grid(), "dem.tif")
         before = self.describe("dem.tif")
-        self.fails(2, "source", "render", "dem.tif", *SMALL, "-o", "dem.tif")
+        self.fails(2, "input", "render", "dem.tif", *SMALL, "-o", "dem.tif")
         self.assertEqual(self.describe("dem.tif"), before)
 
     def test_no_input_is_overwritten(self):

@@ -69,6 +69,13 @@ class Usage(CliTest):
                     self.assertIn(name, error)
         self.assertEqual(self.left(), [])
 
+    def test_errors_are_one_line_whatever_the_names_hold(self):
+        dem = self.ascii_grid()
+        self.fails(3, "no?such.tif", "info", "no\nsuch.tif")
+        self.write("bytes.txt", b"\xff\xfe\x00\x01\n1 2 3 4\n")
+        self.fails(3, ["bytes.txt", "line 1", "colour name"], "render", dem, "--ramp", "bytes.txt")
+        self.fails(3, ["'.'", "cannot be read"], "render", dem, "--ramp", ".")
+
     def test_negative_numbers_are_values(self):
         dem = self.ascii_grid(left=-500, bottom=-400)
         out = self.good("query", dem, "height", "-490,-390").stdout
