@@ -63,6 +63,9 @@ int parse(CLI::App& program, const std::vector<std::string>& arguments) {
         printOut(program.help());
     } catch (const CLI::CallForVersion&) {
         printOut(fmt::format("terray {}\n", version()));
+    } catch (const CLI::ExtrasError&) {
+        failUsage(fmt::format("'{}' is not expected here; see '{} --help'",
+                              unmarked(program.remaining(true).front()), commandName(program)));
     } catch (const CLI::ParseError& error) {
         failUsage(usageMessage(error, commandName(program)));
     }
@@ -86,7 +89,9 @@ int run(const std::vector<std::string>& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is a failed write, checked where it happens
+    // A closed pipe and a file-size limit are failed writes, checked where they happen.
+    std::signal(SIGPIPE, SIG_IGN);
+    std::signal(SIGXFSZ, SIG_IGN);
     terray::handleInterrupts();
     try {
         return run({argv + 1, argv + argc});

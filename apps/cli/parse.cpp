@@ -27,6 +27,12 @@ bool readNumber(std::string text, double& value) {
 
 }  // namespace
 
+std::string trimmed(const std::string& text) {
+    const auto first = text.find_first_not_of(" \t\r");
+    const auto last = text.find_last_not_of(" \t\r");
+    return first == std::string::npos ? "" : text.substr(first, last - first + 1);
+}
+
 std::vector<std::string> split(const std::string& text, char separator) {
     std::vector<std::string> parts(1);
     for (const char c : text) {
@@ -35,11 +41,7 @@ std::vector<std::string> split(const std::string& text, char separator) {
         else
             parts.back() += c;
     }
-    for (std::string& part : parts) {
-        const auto first = part.find_first_not_of(" \t\r");
-        const auto last = part.find_last_not_of(" \t\r");
-        part = first == std::string::npos ? "" : part.substr(first, last - first + 1);
-    }
+    for (std::string& part : parts) part = trimmed(part);
     return parts;
 }
 

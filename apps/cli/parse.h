@@ -26,6 +26,8 @@ std::pair<int, int> parseSize(const std::string& option, const std::string& text
 uint64_t parseBytes(const std::string& option, const std::string& text);
 bool parseOnOff(const std::string& option, const std::string& text);
 
+/// Without spaces, tabs and carriage returns at its ends.
+std::string trimmed(const std::string& text);
 /// Parts between separators, blanks around them taken off.
 std::vector<std::string> split(const std::string& text, char separator);
 

@@ -93,6 +93,22 @@ std::vector<size_t> readHeader(const std::vector<std::string>& names,
     return order;
 }
 
+/// Fields of a line of CSV; quotes may stand around them and keep commas.
+std::vector<std::string> csvFields(const std::string& line) {
+    std::vector<std::string> fields(1);
+    bool quoted = false;
+    for (const char c : line) {
+        if (c == '"')
+            quoted = !quoted;
+        else if (c == ',' && !quoted)
+            fields.emplace_back();
+        else
+            fields.back() += c;
+    }
+    for (std::string& field : fields) field = trimmed(field);
+    return fields;
+}
+
 void readCsv(const std::string& text, const std::string& file, const std::vector<Column>& columns,
              std::vector<Record>& records) {
     std::optional<std::vector<size_t>> order;
@@ -101,7 +117,7 @@ void readCsv(const std::string& text, const std::string& file, const std::vector
         ++number;
         if (line.empty() || line[0] == '#') continue;
         const std::string where = fmt::format("'{}' line {}", file, number);
-        const std::vector<std::string> values = split(line, ',');
+        const std::vector<std::string> values = csvFields(line);
         if (records.empty() && !order && isHeader(values)) {
             order = readHeader(values, columns, where);
             continue;
@@ -169,7 +185,8 @@ std::vector<Record> readRecords(const std::vector<std::string>& arguments, const
         checkRecord(records.back(), columns, ErrorCode::Usage, where);
     }
     if (file.empty()) return records;
-    const std::string text = readAll(file);
+    std::string text = readAll(file);
+    if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);  // byte order mark, as Excel writes
     const auto first = text.find_first_not_of(" \t\r\n");
     const std::string name = file == "-" ? "standard input" : file;
     if (first != std::string::npos && (text[first] == '[' || text[first] == '{'))

@@ -40,9 +40,6 @@ std::string usageMessage(const CLI::ParseError& error, const std::string& comman
     while (!what.empty() && (what.back() == ' ' || what.back() == '.')) what.pop_back();
     const auto colon = what.find(':');
     switch (static_cast<CLI::ExitCodes>(error.get_exit_code())) {
-        case CLI::ExitCodes::ExtrasError:
-            what = colon == std::string::npos ? what : what.substr(colon + 2);
-            return fmt::format("'{}' is not expected here; {}", what, help);
         case CLI::ExitCodes::ArgumentMismatch:
             return fmt::format("{}: its value is missing; {}", what.substr(0, colon), help);
         case CLI::ExitCodes::RequiredError:

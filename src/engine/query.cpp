@@ -102,9 +102,8 @@ private:
         q.x = data->x;
         q.y = data->y;
         const bool wall = (hit.flags & kHitStrip) != 0;
-        q.z = wall ? ray.z + (ray.dz + ray.bend * q.distance) * q.distance
-                   : hitHeight(cut_.cut(), hit);
-        const Vec3 normal = wall ? wallNormal(hit, direction) : groundNormal(hit);
+        q.z = wall ? RayFrame::heightAt(ray, q.distance) : hitHeight(cut_.cut(), hit);
+        const Vec3 normal = wall ? frame_.wallNormal(hit, direction) : groundNormal(hit);
         q.normalX = normal.x;
         q.normalY = normal.y;
         q.normalZ = normal.z;
@@ -124,15 +123,6 @@ private:
         const Vec2 slope = frame_.worldFromLattice().worldGradient(
             std::lerp(h10 - h00, h11 - h01, v) / size, std::lerp(h01 - h00, h11 - h10, u) / size);
         return glm::normalize(Vec3{-slope.x, -slope.y, 1});
-    }
-
-    /// Walls of constant cells stand half-way between posts, across the lattice's columns or rows.
-    Vec3 wallNormal(const Hit& hit, const Vec3& direction) const {
-        const bool acrossColumns = std::abs(hit.u - 0.5f) < std::abs(hit.v - 0.5f);
-        const Vec2 across =
-            frame_.worldFromLattice().worldGradient(acrossColumns ? 1 : 0, acrossColumns ? 0 : 1);
-        const Vec3 normal = glm::normalize(Vec3{across.x, across.y, 0});
-        return glm::dot(normal, direction) > 0 ? -normal : normal;
     }
 
     FrameCut cut_;

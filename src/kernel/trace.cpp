@@ -272,7 +272,9 @@ void firstHits(const TerrainCut& cut, RayBatch& batch, int count, int level, std
         } else if (b.result[k] == simd::kResultHit && bilinear && !std::isnan(h.t[k])) {
             hit = hitOf(b, h, k);
         } else {
-            hit = exact::firstHit(cut, batch.ray(k));
+            Ray ray = batch.ray(k);
+            ray.tMin = std::max(ray.tMin, batch.clear[k]);
+            hit = exact::firstHit(cut, ray);
             counters.steps += hit.steps;
             ++counters.redone;
         }

@@ -12,6 +12,7 @@ namespace terray {
 namespace {
 
 using test::RasterRecipe;
+using test::textsOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;

@@ -12,6 +12,7 @@ namespace terray {
 namespace {
 
 using test::RasterRecipe;
+using test::textsOf;
 using testing::Contains;
 using testing::HasSubstr;
 

@@ -17,7 +17,7 @@ constexpr float kMiss = std::numeric_limits<float>::quiet_NaN();
 void DeferredShader::fillAov(Aov aov, const ImageTile& tile, std::span<const Hit> hits,
                              std::span<float> out) const {
     TERRAY_ASSERT(out.size() == hits.size() * static_cast<size_t>(aovChannels(aov)));
-    if (aov == Aov::Shadow) return shadowAov(hits, out);
+    if (aov == Aov::Shadow) return shadowAov(tile, hits, out);
     if (aovChannels(aov) == 3) return vectorAov(aov, tile, hits, out);
     size_t k = 0;
     for (int y = 0; y < tile.height; ++y) {
@@ -26,22 +26,39 @@ void DeferredShader::fillAov(Aov aov, const ImageTile& tile, std::span<const Hit
                 out[k] = kMiss;
                 continue;
             }
-            const WorldRay ray = rays_.camera().rayThrough(tile.x + x + 0.5, tile.y + y + 0.5);
-            out[k] = aovValue(aov, hits[k], ray);
+            out[k] = aovValue(aov, hits[k], tile.x + x + 0.5, tile.y + y + 0.5);
         }
     }
 }
 
-float DeferredShader::aovValue(Aov aov, const Hit& hit, const WorldRay& ray) const {
+double DeferredShader::heightOf(const Hit& hit, double px, double py) const {
+    if (!(hit.flags & kHitStrip)) return hitHeight(cut_, hit);
+    return RayFrame::heightAt(rays_.rayThrough(px, py), static_cast<double>(hit.t));
+}
+
+Vec3 DeferredShader::normalOf(const Hit& hit, double px, double py) const {
+    if (cut_.constantSurface) {
+        if (!(hit.flags & kHitStrip)) return {0, 0, 1};
+        return rays_.wallNormal(hit, rays_.camera().rayThrough(px, py).direction);
+    }
+    const glm::vec2 perCell = cellPosts(cut_, hit).gradientAt(hit.u, hit.v);
+    const double size = static_cast<double>(1u << hit.mip);
+    const Vec2 slope = rays_.worldFromLattice().worldGradient(
+        static_cast<double>(perCell.x) / size, static_cast<double>(perCell.y) / size);
+    return glm::normalize(Vec3{-slope.x, -slope.y, 1});
+}
+
+float DeferredShader::aovValue(Aov aov, const Hit& hit, double px, double py) const {
     switch (aov) {
         case Aov::Distance: return hit.t;
         case Aov::Depth: {
             const Camera& camera = rays_.camera();
+            const WorldRay ray = camera.rayThrough(px, py);
             if (camera.projection == Projection::Panorama)  // its axis is the horizon
                 return static_cast<float>(hit.t * std::hypot(ray.direction.x, ray.direction.y));
             return static_cast<float>(hit.t * glm::dot(ray.direction, camera.forward));
         }
-        case Aov::Height: return static_cast<float>(hitHeight(cut_, hit));
+        case Aov::Height: return static_cast<float>(heightOf(hit, px, py));
         case Aov::Mip: return hit.mip;
         case Aov::Steps: return hit.steps;
         case Aov::Error: {
@@ -60,26 +77,14 @@ void DeferredShader::vectorAov(Aov aov, const ImageTile& tile, std::span<const H
     for (int y = 0; y < tile.height; ++y) {
         for (int x = 0; x < tile.width; ++x, ++k) {
             const Hit& hit = hits[k];
+            const double px = tile.x + x + 0.5, py = tile.y + y + 0.5;
             Vec3 value(std::numeric_limits<double>::quiet_NaN());
             if (isHit(hit) && aov == Aov::Position) {
                 const LatticePlace place = hitPlace(cut_, hit);
                 const Vec2 world = map.worldFromLattice({place.i, place.j});
-                double z = hitHeight(cut_, hit);
-                if (hit.flags & kHitStrip) {  // on a wall only the ray knows the height
-                    const Ray ray = rays_.rayThrough(tile.x + x + 0.5, tile.y + y + 0.5);
-                    const double t = static_cast<double>(hit.t);
-                    z = ray.z + (ray.dz + ray.bend * t) * t;
-                }
-                value = {world.x, world.y, z};
+                value = {world.x, world.y, heightOf(hit, px, py)};
             } else if (isHit(hit)) {
-                value = {0, 0, 1};
-                if (!cut_.constantSurface) {
-                    const glm::vec2 perCell = cellPosts(cut_, hit).gradientAt(hit.u, hit.v);
-                    const double size = static_cast<double>(1u << hit.mip);
-                    const Vec2 slope = map.worldGradient(static_cast<double>(perCell.x) / size,
-                                                         static_cast<double>(perCell.y) / size);
-                    value = glm::normalize(Vec3{-slope.x, -slope.y, 1});
-                }
+                value = normalOf(hit, px, py);
             }
             for (int c = 0; c < 3; ++c)
                 out[3 * k + static_cast<size_t>(c)] = static_cast<float>(value[c]);
@@ -87,13 +92,16 @@ void DeferredShader::vectorAov(Aov aov, const ImageTile& tile, std::span<const H
     }
 }
 
-void DeferredShader::shadowAov(std::span<const Hit> hits, std::span<float> out) const {
+void DeferredShader::shadowAov(const ImageTile& tile, std::span<const Hit> hits,
+                               std::span<float> out) const {
     std::vector<Ray> rays(hits.size());
     std::vector<uint8_t> dark(hits.size(), 0);
     for (size_t k = 0; k < hits.size(); ++k) {
         if (!isHit(hits[k])) continue;
         const LatticePlace place = hitPlace(cut_, hits[k]);
-        rays[k] = sunRays_.from(place.i, place.j, hitHeight(cut_, hits[k]));
+        const auto x = static_cast<int>(k) % tile.width, y = static_cast<int>(k) / tile.width;
+        rays[k] =
+            sunRays_.from(place.i, place.j, heightOf(hits[k], tile.x + x + 0.5, tile.y + y + 0.5));
     }
     TraceCounters traced;
     occluded(cut_, hits, rays, dark, traced);

@@ -72,16 +72,22 @@ private:
     void shadeFlat(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits, float weight,
                    std::span<Colour> sum, ShadeCounters& counters) const;
     rules::Rgb flatColour(const Hit& hit, double px, double py, ShadeCounters& counters) const;
-    rules::Rgb shadowStepsColour(const Hit& hit, ShadeCounters& counters) const;
+    rules::Rgb shadowStepsColour(const Hit& hit, double px, double py,
+                                 ShadeCounters& counters) const;
 
     /// Premultiplied colour of a ray that misses, in the mode's own scale.
     Colour missColour(const glm::vec3& view) const;
 
     // aov.cpp
-    void shadowAov(std::span<const Hit> hits, std::span<float> out) const;
+    void shadowAov(const ImageTile& tile, std::span<const Hit> hits, std::span<float> out) const;
     void vectorAov(Aov aov, const ImageTile& tile, std::span<const Hit> hits,
                    std::span<float> out) const;
-    float aovValue(Aov aov, const Hit& hit, const WorldRay& ray) const;
+    float aovValue(Aov aov, const Hit& hit, double px, double py) const;
+    /// True height of a hit: on a wall only its ray knows it.
+    double heightOf(const Hit& hit, double px, double py) const;
+    /// Unit, true world axes. The strips between tiles, thinner than the tolerance, have their
+    /// cells'.
+    Vec3 normalOf(const Hit& hit, double px, double py) const;
 
     const ResidentTerrain& terrain_;
     const TerrainCut& cut_;

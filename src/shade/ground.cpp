@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "kernel/height.h"
+#include "shade/rules/lines.h"
 
 namespace terray {
 
@@ -19,6 +20,7 @@ CellPosts cellPosts(const TerrainCut& cut, const Hit& hit) {
 GroundSampler::GroundSampler(const TerrainCut& cut, const TerrainInfo& info, const RayFrame& rays,
                              float footprintShare, bool withFeet)
     : cut_(cut),
+      rays_(rays),
       camera_(rays.camera()),
       filtered_(cut, info.scheme),
       footprintShare_(footprintShare),
@@ -73,6 +75,22 @@ glm::vec2 GroundSampler::onGround(const PixelRay& ray, const glm::vec3& normal,
     return {slid.x, slid.y};
 }
 
+/// Constant cells are blocks with flat tops and upright walls, as far as they can be told apart:
+/// where a sample covers more than one, their mean slope shows.
+void GroundSampler::asBlock(const Hit& hit, const PixelRay& ray, double px, double py,
+                            Ground& ground) const {
+    const bool wall = (hit.flags & kHitStrip) != 0;
+    if (wall)
+        ground.height = static_cast<float>(
+            RayFrame::heightAt(rays_.rayThrough(px, py), static_cast<double>(hit.t)));
+    const auto size = static_cast<float>(1u << hit.mip);
+    const float mean = rules::smoothStep(0.5f, 1.5f, ground.footprint / size);
+    const glm::vec3 own =
+        wall ? glm::vec3(rays_.wallNormal(hit, Vec3(ray.direction))) : glm::vec3{0, 0, 1};
+    ground.gradient *= mean;
+    ground.normal = glm::normalize(glm::mix(own, ground.normal, mean));
+}
+
 Ground GroundSampler::at(const Hit& hit, double px, double py) const {
     const TileDesc& tile = cut_.tiles[hit.tile];
     const auto size = static_cast<double>(1u << hit.mip);
@@ -98,6 +116,7 @@ Ground GroundSampler::at(const Hit& hit, double px, double py) const {
 
     ground.gradient = worldGradient(lattice);
     ground.normal = pictureNormal(ground.gradient);
+    if (cut_.constantSurface) asBlock(hit, ray, px, py, ground);
     if (!withFeet_) return ground;
     ground.footX = onGround(ray, ground.normal, ray.right);
     ground.footY = onGround(ray, ground.normal, ray.down);

@@ -68,7 +68,10 @@ private:
     PixelRay pixelRay(double px, double py, float t) const;
     static glm::vec2 onGround(const PixelRay& ray, const glm::vec3& normal, const glm::vec3& move);
 
+    void asBlock(const Hit& hit, const PixelRay& ray, double px, double py, Ground& ground) const;
+
     const TerrainCut& cut_;
+    const RayFrame& rays_;
     const Camera& camera_;
     FilteredGradient filtered_;
     float footprintShare_, exaggeration_;

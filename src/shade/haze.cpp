@@ -54,7 +54,7 @@ rules::Air makeAir(const SceneReach& reach, const Camera& camera, const ShadeSet
     // Clear air up to the terrain: a model seen from outside is not veiled at its near edge, and
     // its far edge keeps most of its contrast; from within a landscape the far edge keeps a third.
     const float outside = rules::smoothStep(0.05f, 0.45f, reach.nearest / reach.farthest);
-    const float kept = 1.0f / 3.0f + outside * (0.80f - 1.0f / 3.0f);
+    const float kept = 1.0f / 3.0f + outside * (0.88f - 1.0f / 3.0f);
     air.start = 0.9f * reach.nearest;
     air.extinction = -std::log(kept) / std::max(reach.farthest - air.start, 1e-3f);
     return air;

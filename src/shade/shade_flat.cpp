@@ -72,7 +72,7 @@ Rgb DeferredShader::flatColour(const Hit& hit, double px, double py,
             break;
         case Shading::Mip: colour = mipColour(hit.mip); break;
         case Shading::Steps: colour = stepsColour(hit.steps); break;
-        case Shading::Shadow: colour = shadowStepsColour(hit, counters); break;
+        case Shading::Shadow: colour = shadowStepsColour(hit, px, py, counters); break;
         default: break;
     }
     if (contours) {
@@ -85,12 +85,10 @@ Rgb DeferredShader::flatColour(const Hit& hit, double px, double py,
     return colour;
 }
 
-Rgb DeferredShader::shadowStepsColour(const Hit& hit, ShadeCounters& counters) const {
-    const CellPosts posts = cellPosts(cut_, hit);
+Rgb DeferredShader::shadowStepsColour(const Hit& hit, double px, double py,
+                                      ShadeCounters& counters) const {
     const LatticePlace place = hitPlace(cut_, hit);
-    const float height =
-        cut_.constantSurface ? posts.nearest(hit.u, hit.v) : posts.heightAt(hit.u, hit.v);
-    const Ray ray = sunRays_.from(place.i, place.j, static_cast<double>(height));
+    const Ray ray = sunRays_.from(place.i, place.j, heightOf(hit, px, py));
     uint8_t dark = 0;
     TraceCounters traced;
     occluded(cut_, {&hit, 1}, {&ray, 1}, {&dark, 1}, traced);

@@ -29,7 +29,7 @@ bool needsRamp(Shading shading) {
 float modellingFor(const Overview& view, const TerrainInfo& info, double exaggeration,
                    const RenderOptions& options) {
     if (!options.time.empty() || options.sunAzElDeg) return 1.0f;
-    constexpr double kWellModelled = 0.28, kMost = 2.2;
+    constexpr double kWellModelled = 0.42, kMost = 2.5;
     const double slope = std::max(meanSlope(view, info.worldFromLattice) * exaggeration, 1e-6);
     return static_cast<float>(std::clamp(std::sqrt(kWellModelled / slope), 1.0, kMost));
 }

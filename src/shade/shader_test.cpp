@@ -87,6 +87,37 @@ TEST(ShaderAov, NumbersAgreeWithTheSurface) {
     EXPECT_GT(seen, 1000u);
 }
 
+TEST(ShaderAov, ConstantCellsAreBlocksWithUprightWalls) {
+    const FunctionSource source(120, 110, 10, hills);
+    ShadeScene scene(source, cameraOver(source, 96, 64));
+    scene.cut = finestCut(*scene.terrain, true);
+    const auto hits = scene.hits();
+    const auto position = aovOf(scene, Aov::Position), normal = aovOf(scene, Aov::Normal);
+    const auto height = aovOf(scene, Aov::Height), distance = aovOf(scene, Aov::Distance);
+    const Camera& camera = scene.rays.camera();
+    size_t walls = 0, tops = 0;
+    for (size_t k = 0; k < hits.size(); ++k) {
+        if (!isHit(hits[k])) continue;
+        const auto x = static_cast<int>(k) % camera.width, y = static_cast<int>(k) / camera.width;
+        const WorldRay ray = camera.rayThrough(x + 0.5, y + 0.5);
+        const Vec3 at = ray.origin.vec() + static_cast<double>(distance[k]) * ray.direction;
+        EXPECT_NEAR(height[k], at.z, 0.01);
+        EXPECT_EQ(position[3 * k + 2], height[k]);
+        const Vec3 n{normal[3 * k], normal[3 * k + 1], normal[3 * k + 2]};
+        EXPECT_NEAR(glm::length(n), 1, 1e-6);
+        if (hits[k].flags & kHitStrip) {
+            ++walls;
+            EXPECT_EQ(n.z, 0);
+            EXPECT_LT(glm::dot(n, ray.direction), 0);
+        } else {
+            ++tops;
+            EXPECT_EQ(n.z, 1);
+        }
+    }
+    EXPECT_GT(walls, 200u);
+    EXPECT_GT(tops, 1000u);
+}
+
 TEST(Shader, EveryModeColoursEveryPixel) {
     const FunctionSource source(300, 280, 10, hills);
     ShadeScene scene(source, cameraOver(source, 40, 30));

@@ -56,7 +56,7 @@ struct SceneBox {
 
 /// Builds the camera of a View. Eye and target are already in world metres (`resolved` fills
 /// heights above ground and CRS coordinates before); without an eye, frames the whole box from the
-/// south-south-west, 28 degrees down, filling about 85 % of the width.
+/// south-south-west, 28 to 35 degrees down, filling about 85 % of the width.
 Result<Camera> makeCamera(const View& view, const SceneBox& box);
 
 }  // namespace terray

@@ -14,7 +14,7 @@ namespace {
 constexpr double kWidthShare = 0.85;   // of the picture's width
 constexpr double kHeightShare = 0.90;  // at most, of the picture's height
 constexpr int kBisections = 44;        // of a range of about 30: beyond a millionth
-constexpr double kTopShare = 0.22;     // the box's top is not further down than this
+constexpr double kTopShare = 0.245;    // the box's top is not further down than this
 
 using Points = std::vector<Vec3>;  // camera axes: right, up, forward; in box radii
 
@@ -86,6 +86,7 @@ double centredShift(const Points& points, int axis, double distance) {
 
 struct Fit {
     double x = 0, y = 0, distance = 0;  // box radii
+    double height = 0;                  // share of the picture's height
 };
 
 /// `tanX`, `tanY`: half-width and half-height of the picture at distance 1.
@@ -110,25 +111,29 @@ Fit fitPoints(const Points& points, double tanX, double tanY) {
             return tangents(points, 1, shift, fit.distance).max - lowestTop;
         });
     }
+    fit.height = tangents(points, 1, fit.y, fit.distance).size() / (2 * tanY);
     return fit;
 }
 
 }  // namespace
 
-void frameBox(Camera& camera, const SceneBox& box) {
+double frameBox(Camera& camera, const SceneBox& box) {
     const Vec3 centre = centreOf(box);
     const double radius = std::max(0.5 * glm::length(box.max - box.min), 1e-6);
     const double tanX = camera.tanHalfFovY * camera.width / camera.height;
     Vec3 eye = centre;
     const std::vector<Vec3> outline = outlineOf(box);
+    double height = 0;
     const int rounds = box.bend > 0 ? 6 : 1;
     for (int round = 0; round < rounds; ++round) {
         const Points points = pointsInAxes(camera, box, outline, eye, radius);
         const Fit fit = fitPoints(points, tanX, camera.tanHalfFovY);
+        height = fit.height;
         eye = centre +
               radius * (fit.x * camera.right + fit.y * camera.up - fit.distance * camera.forward);
     }
     camera.eye = WorldPoint::fromVec(eye);
+    return height;
 }
 
 void frameOrtho(Camera& camera, const SceneBox& box) {

@@ -65,6 +65,24 @@ TEST(Framing, LooksDown28DegreesFromTheSouthSouthWest) {
     expectFramed({}, box);
 }
 
+TEST(Framing, WideFlatTerrainsAreSeenMoreSteeplyUnlessAPitchIsGiven) {
+    const SceneBox box{{0, 0, 0}, {20000, 8000, 100}};
+    const Result<Camera> camera = makeCamera({}, box);
+    ASSERT_TRUE(camera.ok());
+    EXPECT_NEAR(degFromRad(camera->pitch), -35, 1e-12);
+    expectFramed({}, box);
+    View given;
+    given.pitchDeg = -20;
+    EXPECT_NEAR(degFromRad(makeCamera(given, box)->pitch), -20, 1e-12);
+    for (double depth = 8000; depth < 20000; depth += 1000) {  // in between, as far as needed
+        const Result<Camera> between = makeCamera({}, {{0, 0, 0}, {20000, depth, 100}});
+        const Seen seen = cornersSeen(*between, {{0, 0, 0}, {20000, depth, 100}});
+        const double pitch = degFromRad(between->pitch);
+        EXPECT_TRUE(seen.bottom - seen.top >= 0.6 || pitch <= -35 + 1e-9);
+        EXPECT_LE(pitch, -28 + 1e-9);
+    }
+}
+
 TEST(Framing, FillsThePictureForAnyBoxAndSize) {
     std::mt19937 random(11);
     const auto log10Uniform = [&](double a, double b) {

@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kFramingHeadingDeg = 22.5;  // from the south-south-west
 constexpr double kFramingPitchDeg = -28;
+constexpr double kSteepestFramingPitchDeg = -35;
 constexpr int kMaxSize = 1'000'000;
 constexpr double kMaxPanoramaPitchDeg = 89;
 
@@ -191,6 +192,18 @@ Camera makeOrtho(Camera camera, const View& view, const SceneBox& box) {
     return camera;
 }
 
+/// Wide flat terrains are looked at more steeply, so that they fill more of the height.
+void frameWhole(Camera& camera, const View& view, const SceneBox& box) {
+    constexpr double kStepDeg = 1, kWellFilled = 0.6;
+    const double heading = view.headingDeg.value_or(kFramingHeadingDeg);
+    double pitch = view.pitchDeg.value_or(kFramingPitchDeg);
+    const double steepest = view.pitchDeg.value_or(kSteepestFramingPitchDeg);
+    for (;; pitch -= kStepDeg) {
+        setAxes(camera, {heading, pitch}, view.rollDeg);
+        if (frameBox(camera, box) >= kWellFilled || pitch <= steepest) return;
+    }
+}
+
 }  // namespace
 
 Result<Camera> makeCamera(const View& view, const SceneBox& box) {
@@ -204,11 +217,7 @@ Result<Camera> makeCamera(const View& view, const SceneBox& box) {
     camera.tanHalfFovY = std::tan(0.5 * radFromDeg(view.fovDeg));
     if (view.projection == Projection::Ortho) return makeOrtho(camera, view, box);
     if (!view.eye) {
-        setAxes(camera,
-                {view.headingDeg.value_or(kFramingHeadingDeg),
-                 view.pitchDeg.value_or(kFramingPitchDeg)},
-                view.rollDeg);
-        frameBox(camera, box);
+        frameWhole(camera, view, box);
         return camera;
     }
     camera.eye = worldPoint(*view.eye);

@@ -58,6 +58,18 @@ public:
     /// Place on a ray, in picture space.
     WorldPoint pointAt(const Ray& ray, double t) const;
 
+    /// True height of a place on a ray.
+    static double heightAt(const Ray& ray, double t) { return ray.z + (ray.dz + ray.bend * t) * t; }
+    /// Unit normal of a wall between constant cells that a ray of this world direction has hit:
+    /// walls stand half-way between posts, across the lattice's columns or rows.
+    Vec3 wallNormal(const Hit& hit, const Vec3& direction) const {
+        const bool acrossColumns = std::abs(hit.u - 0.5f) < std::abs(hit.v - 0.5f);
+        const Vec2 across =
+            worldFromLattice_.worldGradient(acrossColumns ? 1 : 0, acrossColumns ? 0 : 1);
+        const Vec3 normal = glm::normalize(Vec3{across.x, across.y, 0});
+        return glm::dot(normal, direction) > 0 ? -normal : normal;
+    }
+
     const Camera& camera() const { return camera_; }
     const Affine2& worldFromLattice() const { return worldFromLattice_; }
     double exaggeration() const { return exaggeration_; }

@@ -26,7 +26,8 @@ class CliTest(unittest.TestCase):
 
     def terray(self, *arguments, stdin=None, timeout=300, stdout=subprocess.PIPE):
         return subprocess.run([TERRAY, *map(str, arguments)], cwd=self.folder, input=stdin,
-                              stdout=stdout, stderr=subprocess.PIPE, text=True, errors="replace", timeout=timeout)
+                              stdout=stdout, stderr=subprocess.PIPE, text=True, encoding="utf-8",
+                              errors="replace", timeout=timeout)
 
     def good(self, *arguments, **options):
         done = self.terray(*arguments, **options)

@@ -164,6 +164,17 @@ class Output(CliTest):
         dem = self.ascii_grid()
         self.fails(1, "/dev/full", "render", dem, *SMALL, "--stats", "/dev/full")
 
+    def test_a_file_size_limit_is_a_failed_write(self):
+        dem = self.ascii_grid()
+        before = self.left()
+        for name in ("p.png", "p.jpg", "p.tif", "p.exr"):
+            done = subprocess.run(["sh", "-c", 'ulimit -f 8; exec "$@"', "sh", TERRAY, "render", dem,
+                                   "--size", "400x300", "-q", "-o", name], cwd=self.folder,
+                                  capture_output=True, text=True)
+            self.assertEqual(done.returncode, 1, done.stderr)
+            self.assertIn(name, done.stderr)
+            self.assertEqual(self.left(), before)
+
     def test_the_source_is_not_overwritten(self):
         self.gdal("gdal_translate", "-q", self.ascii_grid(), "dem.tif")
         before = self.describe("dem.tif")

@@ -37,6 +37,8 @@ class Usage(CliTest):
         self.fails(2, ["SOURCE", "terray render --help"], "render")
         self.fails(2, ["'more'"], "info", "a.tif", "more")
         self.fails(2, ["--frobnicate", "terray render --help"], "render", "a.tif", "--frobnicate")
+        self.fails(2, "'--siz' is not", "render", "a.tif", "--siz", "10x10", "--more")
+        self.fails(2, "'-1,2' is not", "render", "a.tif", "-1,2", "b.tif")
         self.fails(2, ["--fov", "missing"], "render", "a.tif", "--fov")
         self.fails(2, ["terray query --help"], "query", "a.tif")
         self.fails(2, ["nothing is asked"], "query", "a.tif", "height")
