@@ -111,7 +111,8 @@ class Text(TreeTest):
         words = check_text.check_words
         self.assertEqual(self.faults(words, "src/a.cpp", "// The slope (rise over run).\nint a;\n"), [])
         for line in ("// TODO later", "#if 0", "TEST(A, DISABLED_b) {}", "    GTEST_SKIP();",
-                     "// a = f(b);", 'open("/home/me/dem.tif");', "// See issue 12."):
+                     "// a = f(b);", 'open("/home/me/dem.tif");', "// See issue 12.",
+                     "// As in paper 000."):
             self.assertTrue(self.faults(words, "src/a.cpp", line + "\n"), line)
 
     def test_names(self):

@@ -149,6 +149,7 @@ FORBIDDEN = [
     (r"^\s*//(?!/)\s*(.*\w\(.*\);|.*\s=\s.*;|.*\)\s*\{|\}|return\b.*;)\s*$", "commented-out code"),
     (r"(?<![\w.])/(work|home|root|tmp|Users)/", "a path of one machine"),
     (r"\b[Ii]ssue #?\d", "an issue number"),
+    (r"\b[Pp]aper 0\d\d\b", "a number for a paper (docs/papers.md has names)"),
 ]
 
 

@@ -165,7 +165,7 @@ std::vector<NamedLine> shadings() {
     return {
         {"photo", "the photo given by --photo, with relief"},
         {"ramp", "hypsometric tints in sun and sky light"},
-        {"hillshade", "grey relief in sun and sky light"},
+        {"hillshade", "grey relief, lit from several directions, without shadows"},
         {"light", "the light alone, on white ground"},
         {"grid", "lit surface with the lines of the cells"},
         {"slope", "steepness, 0 to 90 degrees"},

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A photo filtered to a pixel's footprint: mips in linear light, taps along the footprint's longer
-// axis (paper 000, section 3.3; after Feline, McCormack et al. 1999).
+// axis (Dick et al. 2009, section 3.3, docs/papers.md; after Feline, McCormack et al. 1999).
 #pragma once
 
 #include <cstdint>
