@@ -19,6 +19,7 @@
 #include "kernel/scalar/judge.h"
 #include "kernel/trace.h"
 #include "stream/cut.h"
+#include "technique/technique.h"
 #include "view/ray_frame.h"
 
 namespace terray::bench {
@@ -45,6 +46,16 @@ void forSlices(size_t count, const Work& work) {
 
 struct Tally {
     uint64_t rays = 0, hits = 0, shadowRays = 0, redone = 0, ties = 0, faults = 0;
+    uint64_t columns = 0;  ///< of the rays: marched in columns
+    void add(const Tally& t) {
+        rays += t.rays;
+        hits += t.hits;
+        shadowRays += t.shadowRays;
+        redone += t.redone;
+        ties += t.ties;
+        faults += t.faults;
+        columns += t.columns;
+    }
 };
 
 /// Judges batches of rays for every target, counts and prints.
@@ -54,6 +65,10 @@ public:
 
     void judge(const std::string& label, const TerrainCut& cut, const RayFrame& frame,
                const std::vector<Ray>& rays, uint64_t seed);
+    /// The picture of the same rays, as the technique casts it, by the verdicts of the last
+    /// judge().
+    void judgePicture(const std::string& label, const TerrainCut& cut, const RayFrame& frame,
+                      const Technique& technique);
     uint64_t faults() const;
     void print() const;
 
@@ -111,13 +126,44 @@ void Court::judge(const std::string& label, const TerrainCut& cut, const RayFram
         forSlices(rays.size(), [&](size_t first, size_t count) {
             const Tally slice = judgeSlice(target, label, cut, first, count);
             const std::lock_guard lock(sum);
-            Tally& tally = tallies_[target];
-            tally.rays += slice.rays;
-            tally.hits += slice.hits;
-            tally.shadowRays += slice.shadowRays;
-            tally.redone += slice.redone;
-            tally.ties += slice.ties;
-            tally.faults += slice.faults;
+            tallies_[target].add(slice);
+        });
+    }
+    setSimdTarget("");
+}
+
+void Court::judgePicture(const std::string& label, const TerrainCut& cut, const RayFrame& frame,
+                         const Technique& technique) {
+    constexpr int kSide = 128;
+    const int width = frame.camera().width, height = frame.camera().height;
+    const int across = (width + kSide - 1) / kSide, down = (height + kSide - 1) / kSide;
+    for (const std::string& target : targets_) {
+        setSimdTarget(target);
+        std::mutex sum;
+        tbb::parallel_for(0, across * down, [&](int k) {
+            ImageTile tile{k % across * kSide, k / across * kSide, 0, 0};
+            tile.width = std::min(kSide, width - tile.x);
+            tile.height = std::min(kSide, height - tile.y);
+            std::vector<Hit> hits(tile.pixelCount());
+            TraceCounters counters;
+            technique.castTile(cut, frame, tile, {0.5, 0.5}, hits, counters);
+            Tally slice{hits.size(), counters.hits, 0, counters.redone, 0, 0};
+            slice.columns = counters.columns;
+            for (size_t pixel = 0; pixel < hits.size(); ++pixel) {
+                const int x = tile.x + static_cast<int>(pixel) % tile.width;
+                const int y = tile.y + static_cast<int>(pixel) / tile.width;
+                const size_t ray =
+                    static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x);
+                const oracle::Fault fault =
+                    oracle::judge(cut, rays_[ray], hits[pixel], exact_[ray]);
+                slice.ties += fault == oracle::Fault::Tie ? 1 : 0;
+                if (!oracle::isViolation(fault)) continue;
+                ++slice.faults;
+                tell(target, label + fmt::format(", picture {},{}", x, y),
+                     oracle::describe(fault, rays_[ray], hits[pixel], exact_[ray]));
+            }
+            const std::lock_guard lock(sum);
+            tallies_[target].add(slice);
         });
     }
     setSimdTarget("");
@@ -170,12 +216,12 @@ uint64_t Court::faults() const {
 }
 
 void Court::print() const {
-    fmt::print("{:<8} {:>12} {:>12} {:>12} {:>9} {:>8} {:>11}\n", "target", "rays", "hits",
-               "shadow rays", "redone %", "ties", "violations");
+    fmt::print("{:<8} {:>12} {:>12} {:>12} {:>12} {:>9} {:>8} {:>11}\n", "target", "rays", "hits",
+               "by column", "shadow rays", "redone %", "ties", "violations");
     for (const std::string& target : targets_) {
         const Tally& t = tallies_.at(target);
-        fmt::print("{:<8} {:>12} {:>12} {:>12} {:>9.4f} {:>8} {:>11}\n", target, t.rays, t.hits,
-                   t.shadowRays,
+        fmt::print("{:<8} {:>12} {:>12} {:>12} {:>12} {:>9.4f} {:>8} {:>11}\n", target, t.rays,
+                   t.hits, t.columns, t.shadowRays,
                    100.0 * static_cast<double>(t.redone) / static_cast<double>(t.rays), t.ties,
                    t.faults);
     }
@@ -221,7 +267,7 @@ std::vector<Ray> cameraRays(const RayFrame& frame) {
     return rays;
 }
 
-void judgeScene(const Scene& scene, bool constant, uint64_t rayCount,
+void judgeScene(const Scene& scene, const Technique& technique, bool constant, uint64_t rayCount,
                 const ExactnessOptions& options, Court& court) {
     std::vector<NamedCamera> cameras = speedCameras(scene, options.width, options.height);
     for (NamedCamera& odd : oddCameras(scene, options.width, options.height))
@@ -243,6 +289,8 @@ void judgeScene(const Scene& scene, bool constant, uint64_t rayCount,
             const std::string mips = cut == &cuts.front() ? "finest" : "2/3 px";
             court.judge(fmt::format("{}, {}, {}, {}", scene.name, surface, named.name, mips),
                         cut->cut(), frame, rays, options.seed);
+            court.judgePicture(fmt::format("{}, {}, {}, {}", scene.name, surface, named.name, mips),
+                               cut->cut(), frame, technique);
             progress.advance();
         }
     }
@@ -274,12 +322,15 @@ int runExactness(const ExactnessOptions& options) {
     std::vector<bool> surfaces;
     if (options.surface != "constant") surfaces.push_back(false);
     if (options.surface != "bilinear") surfaces.push_back(true);
+    auto technique = makeTechnique("ray_cast");
+    if (!technique) return report(technique.error());
     Court court(targets);
     const uint64_t share = options.rays / (sources.size() * surfaces.size());
     for (const std::string& source : sources) {
         auto scene = loadScene(source);
         if (!scene) return report(scene.error());
-        for (const bool constant : surfaces) judgeScene(*scene, constant, share, options, court);
+        for (const bool constant : surfaces)
+            judgeScene(*scene, **technique, constant, share, options, court);
     }
     court.print();
     return court.faults() == 0 ? 0 : 1;

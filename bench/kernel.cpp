@@ -38,7 +38,7 @@ struct Figures {
     TraceCounters counters;
 };
 
-constexpr int kTileSide = 64;
+constexpr int kTileSide = 128;
 
 /// One frame: ray set-up and tracing of every image tile, hits into a buffer of the thread.
 TraceCounters traceFrame(const Technique& technique, const TerrainCut& cut, const RayFrame& frame) {
@@ -66,6 +66,8 @@ TraceCounters traceFrame(const Technique& technique, const TerrainCut& cut, cons
         sum.hits += worker.counters.hits;
         sum.steps += worker.counters.steps;
         sum.redone += worker.counters.redone;
+        sum.columns += worker.counters.columns;
+        sum.beams += worker.counters.beams;
     }
     return sum;
 }
@@ -117,19 +119,23 @@ nlohmann::json jsonOf(const Scene& scene, const KernelOptions& options, const st
             {"rays", c.rays},
             {"hits", c.hits},
             {"steps_per_ray", static_cast<double>(c.steps) / static_cast<double>(c.rays)},
-            {"redone_share", static_cast<double>(c.redone) / static_cast<double>(c.rays)}};
+            {"redone_share", static_cast<double>(c.redone) / static_cast<double>(c.rays)},
+            {"column_share", static_cast<double>(c.columns) / static_cast<double>(c.rays)},
+            {"beam_share", static_cast<double>(c.beams) / static_cast<double>(c.rays)}};
 }
 
 void printTable(const std::vector<nlohmann::json>& lines) {
-    fmt::print("{:<10} {:>7} {:>10} {:>9} {:>14} {:>7} {:>10} {:>9}\n", "camera", "threads",
-               "M rays/s", "ms", "M rays/(cpu s)", "hits %", "steps/ray", "redone %");
+    fmt::print("{:<10} {:>7} {:>10} {:>9} {:>14} {:>7} {:>10} {:>9} {:>9}\n", "camera", "threads",
+               "M rays/s", "ms", "M rays/(cpu s)", "hits %", "steps/ray", "redone %", "column %");
     for (const nlohmann::json& line : lines) {
         const double rays = line["rays"].get<double>();
-        fmt::print("{:<10} {:>7} {:>10.1f} {:>9.2f} {:>14.1f} {:>7.1f} {:>10.2f} {:>9.4f}\n",
-                   line["camera"].get<std::string>(), line["threads"].get<int>(),
-                   line["mrays_per_s"].get<double>(), line["ms"].get<double>(),
-                   line["mrays_per_cpu_s"].get<double>(), 100 * line["hits"].get<double>() / rays,
-                   line["steps_per_ray"].get<double>(), 100 * line["redone_share"].get<double>());
+        fmt::print(
+            "{:<10} {:>7} {:>10.1f} {:>9.2f} {:>14.1f} {:>7.1f} {:>10.2f} {:>9.4f} {:>9.1f}\n",
+            line["camera"].get<std::string>(), line["threads"].get<int>(),
+            line["mrays_per_s"].get<double>(), line["ms"].get<double>(),
+            line["mrays_per_cpu_s"].get<double>(), 100 * line["hits"].get<double>() / rays,
+            line["steps_per_ray"].get<double>(), 100 * line["redone_share"].get<double>(),
+            100 * line["column_share"].get<double>());
     }
 }
 

@@ -4,70 +4,88 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "kernel/pyramid.h"
 
 namespace terray {
 namespace {
 
 constexpr int kMaxBeamSteps = 96;
+constexpr float kLowest = -3.4e38f;
+constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-struct Box {
-    double x0, y0, x1, y1;
-};
+}  // namespace
 
-/// What the corners do at one w: their box, lowest height, and how far apart they are.
-struct Front {
-    Box box;
-    double lowest;
-    double width;
-};
-
-class BeamWalker {
-public:
-    BeamWalker(const TerrainCut& cut, const Beam& beam) : cut_(cut), beam_(beam) {
-        clearance_ += 1e-3 * static_cast<double>(cut.maxZ - cut.minZ);
-        double nearest = 1e300, apart = 0;
-        for (const Ray& a : beam.corners) {
-            speed_ = std::max({speed_, std::fabs(a.dx), std::fabs(a.dy)});
-            nearest = std::min(nearest, std::sqrt(a.bend));
-            for (const Ray& b : beam.corners)
-                apart = std::max(apart, std::fabs(std::sqrt(a.bend) - std::sqrt(b.bend)));
-        }
-        // bend = c |d_h|^2 is convex over the bundle: its least value may lie inside, but not far
-        // below.
-        const double least = std::max(0.0, nearest - 2.0 * apart);
-        bend_ = least * least;
+BeamWalk::BeamWalk(const TerrainCut& cut, const Beam& beam, const Sharp& sharp)
+    : cut_(cut), beam_(beam), sharp_(sharp) {
+    if (sharp.at <= 0) clearance_ += 1e-3 * static_cast<double>(cut.maxZ - cut.minZ);
+    std::copy_n(beam.corners, 4, floor_);
+    double nearest = 1e300, apart = 0;
+    for (const Ray& a : beam.corners) {
+        speed_ = std::max({speed_, std::fabs(a.dx), std::fabs(a.dy)});
+        nearest = std::min(nearest, std::sqrt(a.bend));
+        for (const Ray& b : beam.corners)
+            apart = std::max(apart, std::fabs(std::sqrt(a.bend) - std::sqrt(b.bend)));
+        fromOutside_ =
+            fromOutside_ || a.x < 0.0 || a.y < 0.0 || a.x > cut.cellsX || a.y > cut.cellsY;
     }
+    // bend = c |d_h|^2 is convex over the bundle: its least value may lie inside, but not far
+    // below.
+    const double least = std::max(0.0, nearest - 2.0 * apart);
+    bend_ = least * least;
+    level_ = std::min(cut_.rootLevel + kTileLevels, sharp.at > 0 ? kTileLevels : 12);
+    here_ = frontAt(0.0);
+}
 
-    BeamStart walk();
-
-private:
-    Front frontAt(double w) const;
-    float maxOver(const Box& box) const;
-    float maxOfNode(int level, int64_t x, int64_t y) const;
-
-    const TerrainCut& cut_;
-    const Beam& beam_;
-    double speed_ = 1e-12, bend_ = 0;
-    /// Rays begin well outside the float rays' error, where their first cells can be told.
-    double clearance_ = 1e-3;
-};
-
-Front BeamWalker::frontAt(double w) const {
+BeamWalk::Front BeamWalk::frontAt(double w) const {
     Front f{{1e300, 1e300, -1e300, -1e300}, 1e300, 0};
     for (const Ray& r : beam_.corners) {
         const double x = r.x + r.dx * w, y = r.y + r.dy * w;
         f.box = {std::min(f.box.x0, x), std::min(f.box.y0, y), std::max(f.box.x1, x),
                  std::max(f.box.y1, y)};
-        f.lowest = std::min(f.lowest, r.z + r.dz * w);
     }
+    for (const Ray& r : floor_) f.lowest = std::min(f.lowest, r.z + r.dz * w);
     const double bulge = beam_.bulge * w + 1e-6 * (1.0 + speed_ * w * 1e-6);
     f.box = {f.box.x0 - bulge, f.box.y0 - bulge, f.box.x1 + bulge, f.box.y1 + bulge};
     f.width = std::max(f.box.x1 - f.box.x0, f.box.y1 - f.box.y0);
     return f;
 }
 
-/// Greatest height drawn in block (x, y) of 2^level cells a side, or of a larger block around it.
-float BeamWalker::maxOfNode(int level, int64_t x, int64_t y) const {
+/// A block of a drawn tile, no smaller than the pyramids know.
+BeamWalk::Node BeamWalk::nodeInTile(const Square& square, int level, int64_t x, int64_t y) const {
+    const TileDesc& tile = cut_.tiles[square.slot];
+    const int mip = static_cast<int>(tile.mipFlags & kTileMipMask);
+    const int least = sharp_.at > 0 ? kSharpestLevel : 1;
+    const int inner = std::clamp(level - mip, least, kTileLevels), up = mip + inner - level;
+    const int64_t n = kSlotCells >> inner;
+    const int64_t i = (up > 0 ? x >> up : x << -up) & (n - 1);
+    const int64_t j = (up > 0 ? y >> up : y << -up) & (n - 1);
+    const auto index = static_cast<uint64_t>(j * n + i);
+    Node node{kLowest, 0, mip};
+    if (inner == kTileLevels) {
+        node.top = square.maxZ;
+    } else {
+        const uint32_t code = cut_.bounds[tile.bounds + levelOffset(inner) + index];
+        if ((code & 0xFFFFu) <= (code >> 16))
+            node.top = tile.boundsZ0 + tile.boundsStep * static_cast<float>(code >> 16) +
+                       1e-3f * tile.boundsStep;
+    }
+    if (sharp_.at <= 0) return node;
+    const bool rim = i == 0 || j == 0 || i == n - 1 || j == n - 1;
+    if (cut_.sharpness == nullptr || (rim && cut_.unlikeMips != 0)) {
+        node.sharpest = kInfinity;
+    } else {
+        const uint8_t code =
+            cut_.sharpness[uint64_t{square.slot} * kSlotSharpness + sharpnessOffset(inner) + index];
+        node.sharpest = std::ldexp(sharpnessOf(code), -mip);
+    }
+    return node;
+}
+
+/// What is drawn in block (x, y) of 2^level cells a side, or in a larger block around it.
+BeamWalk::Node BeamWalk::nodeAt(int level, int64_t x, int64_t y) const {
     int d = std::min(std::max(level - kTileLevels, 0), cut_.rootLevel);
     for (;; ++d) {
         const int shift = std::max(d + kTileLevels - level, 0);
@@ -76,69 +94,93 @@ float BeamWalker::maxOfNode(int level, int64_t x, int64_t y) const {
             cut_.squares[row.offset + static_cast<uint64_t>(y >> shift) * row.columns +
                          static_cast<uint64_t>(x >> shift)];
         if (square.state == kSquareCovered) continue;
-        if (square.state == kSquareEmpty) return -3.4e38f;
-        if (square.state == kSquareDescend || level >= d + kTileLevels) return square.maxZ;
-        const TileDesc& tile = cut_.tiles[square.slot];
-        const int mip = static_cast<int>(tile.mipFlags & kTileMipMask);
-        const int inner = std::max(level - mip, 1), up = std::max(mip + 1 - level, 0);
-        const int64_t n = kSlotCells >> inner;
-        const uint32_t code =
-            cut_.bounds[tile.bounds + levelOffset(inner) +
-                        static_cast<uint64_t>(((y >> up) & (n - 1)) * n + ((x >> up) & (n - 1)))];
-        if ((code & 0xFFFFu) > (code >> 16)) return -3.4e38f;
-        return tile.boundsZ0 + tile.boundsStep * static_cast<float>(code >> 16) +
-               1e-3f * tile.boundsStep;
+        if (square.state == kSquareEmpty) return {kLowest, kInfinity, 0};
+        if (square.state == kSquareDescend) return {square.maxZ, kInfinity, 0};
+        return nodeInTile(square, level, x, y);
     }
 }
 
-/// Greatest height drawn in a box of cells: at most 2 x 2 blocks cover it.
-float BeamWalker::maxOver(const Box& box) const {
+/// Visits blocks that cover a box of cells, at most `across` a side.
+template <class Visit>
+void BeamWalk::eachNode(const Box& box, int across, const Visit& visit) const {
     const double sizeX = cut_.cellsX, sizeY = cut_.cellsY;
-    if (box.x1 < 0.0 || box.y1 < 0.0 || box.x0 > sizeX || box.y0 > sizeY) return -3.4e38f;
+    if (box.x1 < 0.0 || box.y1 < 0.0 || box.x0 > sizeX || box.y0 > sizeY) return;
     const auto x0 = static_cast<int64_t>(std::max(box.x0, 0.0)),
                y0 = static_cast<int64_t>(std::max(box.y0, 0.0));
     const auto x1 = static_cast<int64_t>(std::min(box.x1, sizeX - 1.0)),
                y1 = static_cast<int64_t>(std::min(box.y1, sizeY - 1.0));
-    int level = 1;
-    while (((x1 >> level) - (x0 >> level)) > 1 || ((y1 >> level) - (y0 >> level)) > 1) ++level;
-    if (level >= cut_.rootLevel + kTileLevels) return cut_.maxZ;
-    float top = -3.4e38f;
+    int level = sharp_.at > 0 ? kSharpestLevel : 1;
+    while (((x1 >> level) - (x0 >> level)) >= across || ((y1 >> level) - (y0 >> level)) >= across)
+        ++level;
+    if (level >= cut_.rootLevel + kTileLevels) return visit(Node{cut_.maxZ, kInfinity, 0});
     for (int64_t y = y0 >> level; y <= (y1 >> level); ++y)
-        for (int64_t x = x0 >> level; x <= (x1 >> level); ++x)
-            top = std::max(top, maxOfNode(level, x, y));
+        for (int64_t x = x0 >> level; x <= (x1 >> level); ++x) visit(nodeAt(level, x, y));
+}
+
+/// Greatest height that stands in the way in a box of cells.
+float BeamWalk::maxOver(const Box& box, double sharp) const {
+    if (sharp > 0) return sharpOver(box, sharp);
+    float top = kLowest;
+    eachNode(box, 2, [&](const Node& node) { top = std::max(top, node.top); });
     return top;
 }
 
-BeamStart BeamWalker::walk() {
-    BeamStart start;
-    int level = std::min(cut_.rootLevel + kTileLevels, 12);
-    Front here = frontAt(0.0);
-    for (int step = 0; step < kMaxBeamSteps; ++step) {
-        const double size = std::ldexp(1.0, level);
-        const double next = start.w + size / speed_;
-        const Front there = frontAt(next);
-        const Box box{std::min(here.box.x0, there.box.x0), std::min(here.box.y0, there.box.y0),
-                      std::max(here.box.x1, there.box.x1), std::max(here.box.y1, there.box.y1)};
-        const double lowest = std::min(here.lowest, there.lowest) + bend_ * start.w * start.w;
-        start.level = level;
-        if (lowest > static_cast<double>(maxOver(box)) + clearance_) {
-            start.w = next;
-            here = there;
-            if (lowest > static_cast<double>(cut_.maxZ) + clearance_ && there.lowest > here.lowest)
-                break;
-            ++level;
-        } else {
-            if (level <= 1 || size < 0.5 * there.width) break;
-            --level;
-        }
+float BeamWalk::sharpOver(const Box& box, double sharp) const {
+    constexpr int kAcross = 4;
+    float top = kLowest;
+    if (cut_.hasHoles == 0 && cut_.unlikeMips == 0 && !fromOutside_) {
+        eachNode(box, kAcross, [&](const Node& node) {
+            if (static_cast<double>(node.sharpest) >= sharp) top = std::max(top, node.top);
+        });
+        return top;
     }
-    return start;
+    // What rises from a hole or beyond a border stands in the next cell: one cell around, and any
+    // height where anything is sharp.
+    for (double around = 1;;) {
+        const Box wide{box.x0 - around, box.y0 - around, box.x1 + around, box.y1 + around};
+        bool rim = fromOutside_ && (wide.x0 < 0.0 || wide.y0 < 0.0 || wide.x1 > cut_.cellsX ||
+                                    wide.y1 > cut_.cellsY);
+        double cell = 1;
+        top = kLowest;
+        eachNode(wide, kAcross, [&](const Node& node) {
+            rim = rim || static_cast<double>(node.sharpest) >= sharp;
+            top = std::max(top, node.top);
+            cell = std::max(cell, std::ldexp(1.0, node.mip));
+        });
+        if (cell <= around) return rim ? top : kLowest;
+        around = cell;
+    }
 }
 
-}  // namespace
+void BeamWalk::raiseFloor(const Ray& left, const Ray& right) {
+    floor_[0] = floor_[2] = left;
+    floor_[1] = floor_[3] = right;
+    here_ = frontAt(w_);
+    stopped_ = false;
+}
 
-BeamStart beamStart(const TerrainCut& cut, const Beam& beam) {
-    return BeamWalker(cut, beam).walk();
+double BeamWalk::clearTo(double wanted) {
+    for (int step = 0; !stopped_ && w_ < wanted; ++step) {
+        const double size = std::ldexp(1.0, level_);
+        const double next = w_ + size / speed_;
+        const Front there = frontAt(next);
+        const Box box{std::min(here_.box.x0, there.box.x0), std::min(here_.box.y0, there.box.y0),
+                      std::max(here_.box.x1, there.box.x1), std::max(here_.box.y1, there.box.y1)};
+        const double lowest = std::min(here_.lowest, there.lowest) + bend_ * w_ * w_;
+        if (lowest >
+            static_cast<double>(maxOver(box, sharp_.at / (1 + sharp_.perW * next))) + clearance_) {
+            w_ = next;
+            const bool rising = there.lowest > here_.lowest;
+            here_ = there;
+            if (lowest > static_cast<double>(cut_.maxZ) + clearance_ && rising) w_ = kNever;
+            ++level_;
+        } else {
+            stopped_ = level_ <= (sharp_.at > 0 ? kSharpestLevel : 1) || size < 0.5 * there.width;
+            if (!stopped_) --level_;
+        }
+        if (step == kMaxBeamSteps) break;
+    }
+    return w_;
 }
 
 }  // namespace terray

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A bundle of rays at once: how far all of them surely stay above the surface.
+// A bundle of rays at once: how far all of them surely stay above the surface, or above its sharp
+// places.
 #pragma once
 
 #include "kernel/layout/layout.h"
@@ -14,12 +15,64 @@ struct Beam {
     double bulge = 0;
 };
 
-/// Every ray of the bundle is above the drawn surface for all w in [0, w]; `level` is the size of
-/// block (2^level mip-0 cells) at which nothing more could be said. w = 0 is always true.
-struct BeamStart {
-    double w = 0;
-    int level = kMaxLevels;
+/// Walks a bundle over the maxima of the drawn surface: a box of cells a step, as large as stays
+/// clear. confined.
+class BeamWalk {
+public:
+    explicit BeamWalk(const TerrainCut& cut, const Beam& beam) : BeamWalk(cut, beam, {}) {}
+    /// Only ground whose slope falls off by at least so many metres a cell of mip 0 stands in the
+    /// way, at / (1 + perW w): blocks that hold such a place, rims of holes, borders between unlike
+    /// mips, and the terrain's rim for rays that come from outside.
+    struct Sharp {
+        double at = 0, perW = 0;
+    };
+    BeamWalk(const TerrainCut& cut, const Beam& beam, const Sharp& sharp);
+
+    /// From now on only what reaches up to these two rays, at the bundle's sides, stands in the
+    /// way. They run inside the bundle and, at any w, nowhere lower than the ones before.
+    void raiseFloor(const Ray& left, const Ray& right);
+    /// Goes on until `wanted`, or until something may stand in the way. Every ray of the bundle is
+    /// clear for all w up to the result, which may be infinite; 0 is always true.
+    double clearTo(double wanted);
+    /// The size of block (2^level mip-0 cells) at which nothing more could be said.
+    int level() const { return level_; }
+
+private:
+    struct Box {
+        double x0, y0, x1, y1;
+    };
+    /// What the corners do at one w: their box, lowest height, and how far apart they are.
+    struct Front {
+        Box box;
+        double lowest;
+        double width;
+    };
+    /// What is drawn in a block.
+    struct Node {
+        float top;       ///< greatest height
+        float sharpest;  ///< metres a cell of mip 0
+        int mip;
+    };
+    Front frontAt(double w) const;
+    Node nodeAt(int level, int64_t x, int64_t y) const;
+    Node nodeInTile(const Square& square, int level, int64_t x, int64_t y) const;
+    float maxOver(const Box& box, double sharp) const;
+    template <class Visit>
+    void eachNode(const Box& box, int across, const Visit& visit) const;
+    float sharpOver(const Box& box, double sharp) const;
+
+    const TerrainCut& cut_;
+    Beam beam_;
+    Sharp sharp_;
+    bool fromOutside_ = false;
+    double speed_ = 1e-12, bend_ = 0;
+    /// Rays begin well outside the float rays' error, where their first cells can be told.
+    double clearance_ = 1e-3;
+    double w_ = 0;
+    int level_ = kMaxLevels;
+    bool stopped_ = false;
+    Front here_{};
+    Ray floor_[4];  ///< the rays that tell the lowest height
 };
-BeamStart beamStart(const TerrainCut& cut, const Beam& beam);
 
 }  // namespace terray

@@ -27,7 +27,16 @@ bool isHole(const SurfaceCell& cell) {
            std::isnan(cell.h11);
 }
 
-/// The drawn tile over the mip-0 cell (column, row), kNoSlot where nothing is drawn.
+/// Cell in a tile and the place in it, from the lattice offset to the tile's first post.
+int splitPlace(double offset, double cellSize, double& fraction) {
+    const double place = offset / cellSize;
+    const int cell = std::clamp(static_cast<int>(std::floor(place)), 0, 511);
+    fraction = std::clamp(place - cell, 0.0, 1.0);
+    return cell;
+}
+
+}  // namespace
+
 uint32_t drawnSlotAt(const TerrainCut& cut, int64_t column, int64_t row) {
     for (int level = cut.rootLevel; level >= 0; --level) {
         const DirectoryLevel& grid = cut.levels[level];
@@ -39,16 +48,6 @@ uint32_t drawnSlotAt(const TerrainCut& cut, int64_t column, int64_t row) {
     }
     return kNoSlot;
 }
-
-/// Cell in a tile and the place in it, from the lattice offset to the tile's first post.
-int splitPlace(double offset, double cellSize, double& fraction) {
-    const double place = offset / cellSize;
-    const int cell = std::clamp(static_cast<int>(std::floor(place)), 0, 511);
-    fraction = std::clamp(place - cell, 0.0, 1.0);
-    return cell;
-}
-
-}  // namespace
 
 double SurfaceCell::height(bool constantSurface) const {
     if (constantSurface) {

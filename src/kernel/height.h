@@ -36,6 +36,9 @@ inline uint32_t slotAt(const TerrainCut& cut, int mip, int64_t column, int64_t r
         .slot;
 }
 
+/// The drawn tile over the mip-0 cell (column, row) of the lattice, kNoSlot where nothing is drawn.
+uint32_t drawnSlotAt(const TerrainCut& cut, int64_t column, int64_t row);
+
 /// A cell of the drawn surface under a lattice place.
 struct SurfaceCell {
     uint32_t slot = kNoSlot;  ///< kNoSlot: outside, or a hole

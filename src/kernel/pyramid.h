@@ -22,4 +22,22 @@ SlotBounds buildPyramid(const uint16_t* posts, int cellsX, int cellsY, TileDesc&
 SlotBounds buildPyramid(const float* posts, int cellsX, int cellsY, TileDesc& tile,
                         uint32_t* bounds);
 
+/// Posts of the neighbouring tiles one step beyond a tile's rim; null where there are none.
+template <class Post>
+struct TileHalo {
+    const Post *left = nullptr, *right = nullptr;  ///< one a row, cellsY + 1
+    const Post *top = nullptr, *bottom = nullptr;  ///< one a column, cellsX + 1
+};
+
+/// Sharpness of a tile: kSlotSharpness codes, see layout.h. Around holes it is infinite.
+void buildSharpness(const uint16_t* posts, int cellsX, int cellsY, const TileHalo<uint16_t>& halo,
+                    const TileDesc& tile, uint8_t* sharpness);
+void buildSharpness(const float* posts, int cellsX, int cellsY, const TileHalo<float>& halo,
+                    uint8_t* sharpness);
+
+/// Sharpness code of a difference in metres, rounded up; 255 where it is infinite or no number.
+uint8_t sharpnessCode(float metres);
+/// The largest difference that the code may stand for.
+float sharpnessOf(uint8_t code);
+
 }  // namespace terray

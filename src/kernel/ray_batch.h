@@ -15,6 +15,7 @@ struct alignas(64) RayBatch {
     double begin[kBatchRays],
         end[kBatchRays];       ///< tMin, tMax; the tracer narrows them to what can hit
     double clear[kBatchRays];  ///< the ray is known to be above the surface until here
+    bool above[kBatchRays];    ///< out: it stays above, in holes too, until its hit or its end
 
     Ray ray(int k) const {
         return {x[k], y[k], z[k], dx[k], dy[k], dz[k], bend[k], begin[k], end[k]};

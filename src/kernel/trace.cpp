@@ -61,7 +61,7 @@ void placeRay(const TerrainCut& cut, const Ray& ray, const exact::Clip& clip, in
     b.x[k] = b.anchorX[k];
     b.y[k] = b.anchorY[k];
     b.steps[k] = 0;
-    b.side[k] = 0;
+    b.side[k] = b.below[k] = 0;
     b.result[k] = simd::kResultMiss;
     b.slot[k] = 0;
     b.mip[k] = 0;
@@ -266,6 +266,7 @@ void firstHits(const TerrainCut& cut, RayBatch& batch, int count, int level, std
     for (int k = 0; k < count; ++k) {
         Hit& hit = hits[static_cast<size_t>(k)];
         counters.steps += static_cast<uint64_t>(b.steps[k]);
+        batch.above[k] = b.below[k] == 0;
         if (b.result[k] == simd::kResultMiss) {
             hit = Hit{};
             hit.steps = stepCount(b.steps[k]);
@@ -275,9 +276,11 @@ void firstHits(const TerrainCut& cut, RayBatch& batch, int count, int level, std
             Ray ray = batch.ray(k);
             ray.tMin = std::max(ray.tMin, batch.clear[k]);
             hit = exact::firstHit(cut, ray);
+            batch.above[k] = isHit(hit) && cut.hasHoles == 0;
             counters.steps += hit.steps;
             ++counters.redone;
         }
+        batch.above[k] = batch.above[k] && (hit.flags & kHitFromBelow) == 0;
         counters.hits += isHit(hit) ? 1u : 0u;
     }
     counters.rays += static_cast<uint64_t>(count);

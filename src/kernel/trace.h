@@ -18,6 +18,8 @@ struct TraceCounters {
     uint64_t rays = 0, hits = 0, steps = 0;
     uint64_t redone =
         0;  ///< rays whose float result was uncertain and that were traced again in double
+    uint64_t columns = 0;  ///< rays that began where the ray below had hit (kernel/columns.h)
+    uint64_t beams = 0;    ///< rays that began where a bundle of rays ended (kernel/beam.h)
 };
 
 /// First hit of every ray. hits.size() == rays.size(). Any order of rays is right; neighbours that
@@ -27,7 +29,7 @@ void firstHits(const TerrainCut& cut, std::span<const Ray> rays, std::span<Hit> 
 
 /// The first `count` rays of a batch whose fields are all set, with a head start (kernel/beam.h):
 /// from batch.clear[k] on, blocks larger than 2^level cells are of no use. Hits do not depend on
-/// it. Narrows batch.begin and end.
+/// it. Narrows batch.begin and end, sets batch.above.
 void firstHits(const TerrainCut& cut, RayBatch& batch, int count, int level, std::span<Hit> hits,
                TraceCounters& counters);
 

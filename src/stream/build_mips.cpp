@@ -76,6 +76,7 @@ private:
         const auto makeWorker = [] { return Result<int>(0); };
         const auto step = [&](int&, int64_t slot) -> Result<void> {
             makePyramid(static_cast<uint32_t>(slot));
+            makeSharpness(static_cast<uint32_t>(slot));
             progress.advance();
             return {};
         };
@@ -84,6 +85,7 @@ private:
 
     void makePosts(CoarseFitter& fitter, Strip strip) const;
     void makePyramid(uint32_t slot);
+    void makeSharpness(uint32_t slot);
     void measureStrip(SurfaceComparer& comparer, Strip strip);
     void measureSteps(Strip strip);
     void measureErrors(SurfaceComparer& comparer, Strip strip, int coarseMip, int fineMip);
@@ -144,6 +146,49 @@ void Builder::makePyramid(uint32_t slot) {
         out.minZ = height(entry & 0xFFFFu);
         out.maxZ = height(entry >> 16);
         if (id.mip == 0) out.flags |= kBlockFinestHasCells;
+    }
+}
+
+/// Borders are shared: the posts beyond a tile's rim are the second ones of its neighbours.
+template <class Post>
+struct HaloPosts {
+    std::vector<Post> left, right, top, bottom;
+    TileHalo<Post> halo() const {
+        const auto at = [](const std::vector<Post>& posts) {
+            return posts.empty() ? nullptr : posts.data();
+        };
+        return {at(left), at(right), at(top), at(bottom)};
+    }
+};
+template <class Post>
+HaloPosts<Post> haloOf(const ResidentTerrain::Pool& pool, TileId id) {
+    HaloPosts<Post> halo;
+    const auto take = [&](int dx, int dy, int column, int row, ptrdiff_t step, int count,
+                          std::vector<Post>& out) {
+        const uint32_t slot = pool.slotOf({id.mip, id.x + dx, id.y + dy});
+        if (slot == kNoSlot) return;
+        const Post* from = pool.postsOf<Post>(slot) + ptrdiff_t{row} * kPostStride + column;
+        for (int k = 0; k < count; ++k) out.push_back(from[k * step]);
+    };
+    const int width = pool.cellsX(id) + 1, height = pool.cellsY(id) + 1;
+    take(-1, 0, kTileCells - 1, 0, kPostStride, height, halo.left);
+    take(1, 0, 1, 0, kPostStride, height, halo.right);
+    take(0, -1, 0, kTileCells - 1, 1, width, halo.top);
+    take(0, 1, 0, 1, 1, width, halo.bottom);
+    return halo;
+}
+
+void Builder::makeSharpness(uint32_t slot) {
+    const TileId id = pool_.ids[slot];
+    const int cellsX = pool_.cellsX(id), cellsY = pool_.cellsY(id);
+    uint8_t* out = pool_.sharpness.data() + size_t{slot} * kSlotSharpness;
+    if (pool_.format == PostFormat::Int16) {
+        const auto halo = haloOf<uint16_t>(pool_, id);
+        buildSharpness(pool_.postsOf<const uint16_t>(slot), cellsX, cellsY, halo.halo(),
+                       pool_.tiles[slot], out);
+    } else {
+        const auto halo = haloOf<float>(pool_, id);
+        buildSharpness(pool_.postsOf<const float>(slot), cellsX, cellsY, halo.halo(), out);
     }
 }
 

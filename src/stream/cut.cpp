@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "kernel/pyramid.h"
 #include "stream/pool.h"
 #include "stream/selector.h"
 
@@ -25,6 +26,9 @@ struct Directory {
         cut.tiles = pool.tiles.data();
         cut.posts = pool.posts;
         cut.bounds = pool.bounds;
+        cut.sharpness = pool.sharpness.data();
+        cut.maxSharpness = 0;
+        cut.hasHoles = 0;
         cut.rootLevel = pool.mips - 1;
         cut.format = static_cast<uint32_t>(pool.format);
         cut.constantSurface = constantSurface ? 1 : 0;
@@ -52,6 +56,8 @@ struct Directory {
         cut.maxZ = any ? root.maxZ : 0;
         const float middle = 0.5f * (cut.minZ + cut.maxZ);
         if (any) cut.codeReach = std::max(middle - lowestCode, highestCode - middle);
+        const auto drawn = [](uint64_t tiles) { return tiles != 0; };
+        cut.unlikeMips = std::count_if(tilesPerMip.begin(), tilesPerMip.end(), drawn) > 1 ? 1 : 0;
     }
 
     Square& draw(uint32_t slot) {
@@ -61,9 +67,14 @@ struct Directory {
         square.minZ = bounds.minZ;
         square.maxZ = bounds.maxZ;
         square.state = bounds.minZ <= bounds.maxZ ? kSquareDrawn : kSquareEmpty;
+        if (bounds.hasHoles) cut.hasHoles = 1;
         if (square.state == kSquareEmpty) return square;
         ++tilesPerMip[tile.mipFlags & kTileMipMask];
         cut.maxDelta = std::max(cut.maxDelta, tile.maxDelta);
+        const size_t wholeTile = size_t{slot} * kSlotSharpness + sharpnessOffset(kTileLevels);
+        cut.maxSharpness =
+            std::max(cut.maxSharpness, std::ldexp(sharpnessOf(pool.sharpness[wholeTile]),
+                                                  -static_cast<int>(tile.mipFlags & kTileMipMask)));
         lowestCode = std::min({lowestCode, tile.boundsZ0, cut.format == 0 ? tile.z0 : lowestCode});
         highestCode =
             std::max({highestCode, tile.boundsZ0, cut.format == 0 ? tile.z0 : highestCode});

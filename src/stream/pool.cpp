@@ -54,7 +54,7 @@ PoolSizes poolSizes(const TerrainInfo& info) {
         sizes.slots += static_cast<double>(info.scheme.tilesX(mip)) * info.scheme.tilesY(mip);
     }
     const double perSlot = sizeof(TileDesc) + sizeof(TileId) + sizeof(SlotBounds) +
-                           kTileBlocks * kTileBlocks * sizeof(BlockBounds);
+                           kTileBlocks * kTileBlocks * sizeof(BlockBounds) + kSlotSharpness;
     sizes.postBytes = sizes.slots * kSlotPosts * static_cast<double>(postSize(info.format));
     sizes.boundBytes = sizes.slots * kSlotBounds * sizeof(uint32_t);
     sizes.tableBytes = sizes.slots * perSlot;
@@ -104,6 +104,7 @@ void ResidentTerrain::Pool::layOut() {
     }
     slotBounds.resize(slot);
     blocks.resize(size_t{slot} * kTileBlocks * kTileBlocks);
+    sharpness.resize(size_t{slot} * kSlotSharpness);
 }
 
 /// One mapping, begun on a huge page; its end is not rounded up, so nothing is wasted there.

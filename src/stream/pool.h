@@ -40,6 +40,7 @@ struct ResidentTerrain::Pool {
     std::vector<TileId> ids;             ///< per slot
     std::vector<SlotBounds> slotBounds;  ///< per slot
     std::vector<BlockBounds> blocks;     ///< 64 per slot
+    std::vector<uint8_t> sharpness;      ///< kSlotSharpness per slot
     void* posts = nullptr;               ///< uint16_t or float
     uint32_t* bounds = nullptr;
 

@@ -51,6 +51,64 @@ void RayFrame::makeLinear() {
     base_.ray.tMin = 0;
     alongX_ = linear(ortho ? stepX : none, ortho ? none : stepX);
     alongY_ = linear(ortho ? stepY : none, ortho ? none : stepY);
+    const Vec2 level{camera_.forward.x, camera_.forward.y}, top{camera_.up.x, camera_.up.y};
+    const bool vertical = glm::dot(level, level) < 1e-12;
+    const Vec2 ahead = vertical ? (camera_.forward.z < 0 ? top : -top) : level;
+    ahead_ = glm::normalize(ahead);
+    if (ortho)
+        originAhead_ = {glm::dot(Vec2{stepX.x, stepX.y}, ahead_),
+                        glm::dot(Vec2{stepY.x, stepY.y}, ahead_)};
+}
+
+RayTerms RayFrame::termsOf(const Linear& part, double steps) const {
+    const Ray& r = part.ray;
+    return {r.x * steps,  r.y * steps,  r.z * steps,
+            r.dx * steps, r.dy * steps, r.dz * steps,
+            0.0,          0.0,          (part.east * ahead_.x + part.north * ahead_.y) * steps};
+}
+
+RayTerms RayFrame::columnTerms(double px) const {
+    if (camera_.projection == Projection::Panorama) {
+        const WorldRay ray = camera_.rayThrough(px, 0.5 * camera_.height);
+        const double level = 1.0 / std::hypot(ray.direction.x, ray.direction.y);
+        const LatticePoint d =
+            worldFromLattice_.latticeDirection({ray.direction.x * level, ray.direction.y * level});
+        return {0, 0, 0, d.i, d.j, 0, 0, 0, 0};
+    }
+    const double steps = px - 0.5 * camera_.width;
+    RayTerms terms = termsOf(alongX_, steps);
+    if (camera_.projection == Projection::Ortho)
+        terms[kTermForward0] = originAhead_.x * steps;
+    else
+        terms[kTermLength2] = steps * steps / (camera_.focalPixels() * camera_.focalPixels());
+    return terms;
+}
+
+RayTerms RayFrame::rowTerms(double py) const {
+    if (camera_.projection == Projection::Panorama) {
+        const WorldRay ray = camera_.rayThrough(0.5 * camera_.width, py);
+        const double rise = ray.direction.z / std::hypot(ray.direction.x, ray.direction.y);
+        const LatticePoint eye = worldFromLattice_.latticeFromWorld({camera_.eye.x, camera_.eye.y});
+        return {eye.i,
+                eye.j,
+                camera_.eye.z / exaggeration_,
+                0,
+                0,
+                rise / exaggeration_,
+                1.0 + rise * rise,
+                0,
+                1};
+    }
+    const double steps = py - 0.5 * camera_.height;
+    RayTerms terms = termsOf(base_, 1.0);
+    const RayTerms along = termsOf(alongY_, steps);
+    for (size_t k = 0; k < terms.size(); ++k) terms[k] += along[k];
+    terms[kTermLength2] = 1.0;
+    if (camera_.projection == Projection::Ortho)
+        terms[kTermForward0] = originAhead_.y * steps;
+    else
+        terms[kTermLength2] += steps * steps / (camera_.focalPixels() * camera_.focalPixels());
+    return terms;
 }
 
 namespace {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <span>
 
+#include "kernel/columns.h"
 #include "kernel/layout/layout.h"
 #include "kernel/ray_batch.h"
 #include "math/affine.h"
@@ -45,6 +46,10 @@ public:
     /// ray.
     void fillBatch(std::span<const double> px, std::span<const double> py, double w,
                    RayBatch& batch) const;
+    /// The parts of a pencil ray, by the sum of which kernel/columns.h knows it. "Ahead" is the
+    /// horizontal direction of the view (of the picture's top edge when that is vertical).
+    RayTerms columnTerms(double px) const;
+    RayTerms rowTerms(double py) const;
     /// The same ray by distance in metres.
     static Ray unitRay(const PencilRay& pencil) {
         Ray ray = pencil.ray;
@@ -94,11 +99,14 @@ private:
     Linear linear(const Vec3& origin, const Vec3& direction) const;
     PencilRay panoramaRay(double px, double py) const;
     void makeLinear();
+    RayTerms termsOf(const Linear& part, double steps) const;
 
     Camera camera_;
     Affine2 worldFromLattice_;
     double exaggeration_, bend_;
     Linear base_, alongX_, alongY_;  ///< the ray at the picture's centre and its change per pixel
+    Vec2 ahead_{0, 1};               ///< unit
+    Vec2 originAhead_{0, 0};         ///< ortho: metres ahead per pixel along x and y
 };
 
 /// Picture rectangle worked on at once.

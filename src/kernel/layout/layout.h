@@ -28,6 +28,16 @@ constexpr uint32_t kSlotBounds = levelOffset(kTileLevels + 1);
 constexpr uint32_t kEmptyBounds = 0x0000FFFFu;  ///< max 0, min 65535
 static_assert(kSlotBounds == 87381);
 
+/// Sharpness pyramid of a tile: for blocks of 4 x 4 cells (level 2) and larger ones, one byte: by
+/// how many metres a cell the slope falls off at most at a post of its cells, along a row or a
+/// column, or within a cell, either way; rounded up (kernel/pyramid.h).
+constexpr int kSharpestLevel = 2;
+constexpr uint32_t sharpnessOffset(int level) {
+    return levelOffset(level) - levelOffset(kSharpestLevel);
+}
+constexpr uint32_t kSlotSharpness = sharpnessOffset(kTileLevels + 1);
+static_assert(kSlotSharpness == 21845);
+
 constexpr uint32_t kTileMipMask = 0xFFu;
 
 /// One resident tile. posts and bounds count elements from the start of their pools; multiply by
@@ -79,6 +89,7 @@ struct TerrainCut {
     const TileDesc* tiles = nullptr;
     const void* posts = nullptr;  ///< uint16_t or float, by format
     const uint32_t* bounds = nullptr;
+    const uint8_t* sharpness = nullptr;  ///< kSlotSharpness a slot; null: anything may be sharp
     const Square* squares = nullptr;
     DirectoryLevel levels[kMaxLevels] = {};
     int32_t rootLevel = 0;         ///< the directory's coarsest level: one square
@@ -90,6 +101,9 @@ struct TerrainCut {
     float maxDelta = 0;   ///< largest |height difference| of neighbouring posts of drawn tiles
     float codeReach = 0;  ///< largest |z0 - middle of minZ, maxZ| of drawn tiles' height codes
     float maxError = 0;   ///< largest |drawn surface - mip 0| of drawn tiles, metres
+    float maxSharpness = 1e30f;  ///< of drawn tiles, metres a cell of mip 0
+    uint32_t hasHoles = 1;       ///< 0: no drawn cell is a hole
+    uint32_t unlikeMips = 1;     ///< 0: all drawn tiles are of one mip
 };
 
 // ---- Rays and hits

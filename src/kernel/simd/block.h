@@ -39,6 +39,7 @@ struct alignas(64) RayBlock {
     int32_t x[kBlockRays], y[kBlockRays];  ///< mip-0 cell
     int32_t level[kBlockRays];             ///< block of 2^level mip-0 cells a side
     int32_t state[kBlockRays], result[kBlockRays], side[kBlockRays], steps[kBlockRays];
+    int32_t below[kBlockRays];  ///< not 0: it was under the sheet somewhere
     int32_t
         entryLevel[kBlockRays];  ///< level at which the next tile is entered, kEnterAtTop once used
     // the tile it stands in

@@ -62,6 +62,62 @@ struct Pools {
     const int32_t* levels;
     float anchorZ;
 };
+HWY_INLINE Pools makePools(const TerrainCut& cut, float anchorZ) {
+    const auto middle = [](const void* pool) {
+        return reinterpret_cast<uintptr_t>(pool) + 0x80000000u;
+    };
+    return {reinterpret_cast<const int32_t*>(middle(cut.bounds)),
+            reinterpret_cast<const float*>(middle(cut.posts)),
+            reinterpret_cast<const int32_t*>(cut.tiles),
+            reinterpret_cast<const int32_t*>(cut.squares),
+            reinterpret_cast<const int32_t*>(cut.levels),
+            anchorZ};
+}
+
+/// The four posts of each lane's cell, relative to the anchor height; holes in `hole`.
+struct CellPosts {
+    VF h00, h10, h01, h11;
+    MI hole;
+};
+/// Where a tile's posts are and, of 16-bit ones, what they mean: base + step * (code - first).
+struct PostCodes {
+    VI offset;  ///< bytes from the middle of the pool
+    VI first;
+    VF base, step;
+};
+template <bool kInt16>
+HWY_INLINE CellPosts loadPosts(const Pools& pools, const PostCodes& p, VI cx, VI cy, MI lanes) {
+    const VI index = cy * setI(kPostStride) + cx;
+    CellPosts c;
+    if constexpr (kInt16) {
+        const VI bytes = inPool(lanes, p.offset + hn::ShiftLeft<1>(index));
+        const int32_t* posts = reinterpret_cast<const int32_t*>(pools.posts);
+        const VI row0 = hn::GatherOffset(DI(), posts, bytes);
+        const VI row1 =
+            hn::GatherOffset(DI(), posts, bytes + hn::IfThenElseZero(lanes, setI(2 * kPostStride)));
+        const VI low = setI(0xFFFF);
+        const VI q00 = hn::And(row0, low), q01 = hn::And(row1, low);
+        const VI q10 = hn::BitCast(DI(), hn::ShiftRight<16>(hn::BitCast(DU(), row0)));
+        const VI q11 = hn::BitCast(DI(), hn::ShiftRight<16>(hn::BitCast(DU(), row1)));
+        c.hole = hn::Eq(hn::Max(hn::Max(q00, q10), hn::Max(q01, q11)), low);
+        c.h00 = hn::MulAdd(p.step, hn::ConvertTo(DF(), q00 - p.first), p.base);
+        c.h10 = hn::MulAdd(p.step, hn::ConvertTo(DF(), q10 - p.first), p.base);
+        c.h01 = hn::MulAdd(p.step, hn::ConvertTo(DF(), q01 - p.first), p.base);
+        c.h11 = hn::MulAdd(p.step, hn::ConvertTo(DF(), q11 - p.first), p.base);
+    } else {
+        const VI bytes = inPool(lanes, p.offset + hn::ShiftLeft<2>(index));
+        const VI next = bytes + hn::IfThenElseZero(lanes, setI(4 * kPostStride));
+        const VI one = hn::IfThenElseZero(lanes, setI(4));
+        const VF anchor = setF(pools.anchorZ);
+        c.h00 = hn::GatherOffset(DF(), pools.posts, bytes) - anchor;
+        c.h10 = hn::GatherOffset(DF(), pools.posts, bytes + one) - anchor;
+        c.h01 = hn::GatherOffset(DF(), pools.posts, next) - anchor;
+        c.h11 = hn::GatherOffset(DF(), pools.posts, next + one) - anchor;
+        const VF sum = (c.h00 + c.h10) + (c.h01 + c.h11);
+        c.hole = hn::Not(maskI(sum == sum));
+    }
+    return c;
+}
 
 /// One packet: lanes [p, p + N) of a block, with what every step needs in registers.
 struct Packet {
@@ -154,6 +210,7 @@ HWY_INLINE MI keepSide(Packet& k, MI decided, VI side) {
     storeI(conflict, setI(kResultUncertain), k.b.result + k.p);
     storeI(conflict, setI(kLaneDone), k.b.state + k.p);
     storeI(decided, side, k.b.side + k.p);
+    storeI(hn::And(decided, side < hn::Zero(DI())), setI(1), k.b.below + k.p);
     return hn::AndNot(conflict, decided);
 }
 

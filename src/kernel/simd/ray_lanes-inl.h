@@ -133,7 +133,7 @@ void placeRayBatch(const TerrainCut& cut, RayBatch& r, RayBlock& b, int count, i
     for (int k = 0; k < count; ++k) {
         b.t[k] = 0.0f;
         b.level[k] = level;
-        b.steps[k] = b.side[k] = b.slot[k] = b.mip[k] = 0;
+        b.steps[k] = b.side[k] = b.below[k] = b.slot[k] = b.mip[k] = 0;
         b.result[k] = kResultMiss;
         b.entryLevel[k] = startLevel;
         b.boundsOffset[k] = b.postsOffset[k] = 0;

@@ -58,47 +58,6 @@ HWY_INLINE void stepNodes(const TerrainCut& cut, const Pools& pools, Packet& k, 
     storeI(lanes, loadI(b.steps + k.p) + one, b.steps + k.p);
 }
 
-/// The four posts of each lane's cell, relative to the anchor height; holes in `hole`.
-struct CellPosts {
-    VF h00, h10, h01, h11;
-    MI hole;
-};
-template <bool kInt16>
-HWY_INLINE CellPosts loadPosts(const Pools& pools, const RayBlock& b, size_t p, VI cx, VI cy,
-                               MI lanes) {
-    const VI index = cy * setI(kPostStride) + cx;
-    CellPosts c;
-    if constexpr (kInt16) {
-        const VI bytes = inPool(lanes, loadI(b.postsOffset + p) + hn::ShiftLeft<1>(index));
-        const int32_t* base = reinterpret_cast<const int32_t*>(pools.posts);
-        const VI row0 = hn::GatherOffset(DI(), base, bytes);
-        const VI row1 =
-            hn::GatherOffset(DI(), base, bytes + hn::IfThenElseZero(lanes, setI(2 * kPostStride)));
-        const VI low = setI(0xFFFF);
-        const VI q00 = hn::And(row0, low), q01 = hn::And(row1, low);
-        const VI q10 = hn::BitCast(DI(), hn::ShiftRight<16>(hn::BitCast(DU(), row0)));
-        const VI q11 = hn::BitCast(DI(), hn::ShiftRight<16>(hn::BitCast(DU(), row1)));
-        c.hole = hn::Eq(hn::Max(hn::Max(q00, q10), hn::Max(q01, q11)), low);
-        const VF step = loadF(b.postsStep + p), base0 = loadF(b.postsZ + p);
-        c.h00 = hn::MulAdd(step, hn::ConvertTo(DF(), q00), base0);
-        c.h10 = hn::MulAdd(step, hn::ConvertTo(DF(), q10), base0);
-        c.h01 = hn::MulAdd(step, hn::ConvertTo(DF(), q01), base0);
-        c.h11 = hn::MulAdd(step, hn::ConvertTo(DF(), q11), base0);
-    } else {
-        const VI bytes = inPool(lanes, loadI(b.postsOffset + p) + hn::ShiftLeft<2>(index));
-        const VI next = bytes + hn::IfThenElseZero(lanes, setI(4 * kPostStride));
-        const VI one = hn::IfThenElseZero(lanes, setI(4));
-        const VF anchor = setF(pools.anchorZ);
-        c.h00 = hn::GatherOffset(DF(), pools.posts, bytes) - anchor;
-        c.h10 = hn::GatherOffset(DF(), pools.posts, bytes + one) - anchor;
-        c.h01 = hn::GatherOffset(DF(), pools.posts, next) - anchor;
-        c.h11 = hn::GatherOffset(DF(), pools.posts, next + one) - anchor;
-        const VF sum = (c.h00 + c.h10) + (c.h01 + c.h11);
-        c.hole = hn::Not(maskI(sum == sum));
-    }
-    return c;
-}
-
 /// What a cell does to a ray: f at the entry, and its least and greatest value up to the exit.
 struct CellRange {
     VF entry, least, greatest;
@@ -159,7 +118,10 @@ HWY_INLINE void stepCells(const TerrainCut& cut, const Pools& pools, Packet& k, 
     const VI cellMask = setI(kSlotCells - 1);
     const VI cx = hn::And(shiftRight(k.x, k.level), cellMask);
     const VI cy = hn::And(shiftRight(k.y, k.level), cellMask);
-    const CellPosts c = loadPosts<kInt16>(pools, b, k.p, cx, cy, lanes);
+    const CellPosts c = loadPosts<kInt16>(pools,
+                                          {loadI(b.postsOffset + k.p), hn::Zero(DI()),
+                                           loadF(b.postsZ + k.p), loadF(b.postsStep + k.p)},
+                                          cx, cy, lanes);
     const BlockExit e = leaveBlock(k);
 
     // 2^-mip from its exponent bits
@@ -311,15 +273,7 @@ void traceLanes(const TerrainCut& cut, const Pools& pools, RayBlock& b, int coun
 }
 
 void traceBlockLanes(const TerrainCut& cut, RayBlock& b, int count) {
-    const auto middle = [](const void* pool) {
-        return reinterpret_cast<uintptr_t>(pool) + 0x80000000u;
-    };
-    const Pools pools{reinterpret_cast<const int32_t*>(middle(cut.bounds)),
-                      reinterpret_cast<const float*>(middle(cut.posts)),
-                      reinterpret_cast<const int32_t*>(cut.tiles),
-                      reinterpret_cast<const int32_t*>(cut.squares),
-                      reinterpret_cast<const int32_t*>(cut.levels),
-                      0.5f * (cut.minZ + cut.maxZ)};
+    const Pools pools = makePools(cut, 0.5f * (cut.minZ + cut.maxZ));
     if (cut.format == 0)
         traceLanes<true>(cut, pools, b, count);
     else

@@ -1,0 +1,450 @@
+// SPDX-License-Identifier: Apache-2.0
+// Marches an image tile in rows from the nadir's side outwards (docs/traversal.md has the proof).
+#include "technique/ray_cast/column_march.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "kernel/beam.h"
+#include "kernel/columns.h"
+#include "technique/ray_cast/neighbours.h"
+
+namespace terray {
+namespace {
+
+constexpr int kChunkRows = 16;  ///< rows that share an anchor and their checks for sharp ground
+constexpr int kGroupColumns = 16;
+constexpr int kGroups = kMarchColumns / kGroupColumns;
+/// Rays nearer to the vertical than this (metres ahead per metre) do not share: "ahead" says too
+/// little there.
+constexpr double kLeastAhead = 0.05;
+/// Level at which a ray that has begun near its hit enters a tile.
+constexpr int kNearLevel = 3;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+RayTerms sumOf(const RayTerms& a, const RayTerms& b) {
+    RayTerms sum;
+    for (size_t k = 0; k < sum.size(); ++k) sum[k] = a[k] + b[k];
+    return sum;
+}
+
+/// Pixels of a tile that are traced one by one, at most a batch.
+struct Loose {
+    std::array<int, kBatchRays> column, row;
+    size_t count = 0;
+    void add(int c, int r) {
+        column[count] = c;
+        row[count++] = r;
+    }
+};
+
+class Marcher {
+public:
+    Marcher(const TerrainCut& cut, const RayFrame& rays, const ImageTile& tile, Vec2 offset,
+            std::span<Hit> hits, size_t stride, TraceCounters& counters)
+        : cut_(cut),
+          rays_(rays),
+          tile_(tile),
+          offset_(offset),
+          hits_(hits),
+          stride_(stride),
+          counters_(counters) {}
+
+    void march();
+
+private:
+    int sideOf(int row) const;
+    void turnTo(int side);
+    void marchRun(int first, int last);
+    bool marchChunk(int first, int last);
+    void marchOneRow(int row);
+    void placeTile(int row);
+    MarchRow placeRow(const RayTerms& terms) const;
+    bool mayHideGround() const;
+    void limitBegins(int row, const RayTerms& terms);
+    void traceLeft(int row);
+    void traceEdges();
+    void traceBegun(const Loose& loose);
+    void traceFresh(const Loose& loose, const Beam& beam);
+    void trace(RayBatch& batch, const Loose& loose, int level);
+    void fillBatch(const Loose& loose, RayBatch& batch) const;
+    Beam pixelBeam(int begin, int end, int firstRow, int lastRow) const;
+    void castRows(int first, int last) const;
+    Hit& hitAt(int row, int column) {
+        return hits_[static_cast<size_t>(row) * stride_ + static_cast<size_t>(column)];
+    }
+    double px(int column) const { return tile_.x + column + offset_.x; }
+    double py(int row) const { return tile_.y + row + offset_.y; }
+    int rowBelow(int row) const { return row + (neighbours_.upwards ? 1 : -1); }
+    /// Columns that have all rays of the row below that they need.
+    int firstInner() const { return neighbours_.left; }
+    int lastInner() const { return tile_.width - 1 - neighbours_.right; }
+    RayTerms makeRow(int row) const {
+        RayTerms terms = rays_.rowTerms(py(row));
+        terms[kTermForward0] *= side_;
+        terms[kTermForward] *= side_;
+        return terms;
+    }
+    /// Of the chunk's rows, and of the one below them.
+    const RayTerms& rowTerms(int row) const {
+        return rows_[static_cast<size_t>(std::abs(row - rowBelow(chunkFirst_)))];
+    }
+    /// What is known of a ray once it has been traced.
+    float& forwardOf(int column, int row) {
+        const bool edge = column < firstInner() || column > lastInner();
+        return edge ? edges_[std::abs(row - chunkFirst_)][column] : lanes_.forward[column];
+    }
+    /// Metres ahead at a distance along a ray.
+    double aheadAt(const RayTerms& ray, double t) const {
+        return ray[kTermForward0] + t / std::sqrt(ray[kTermLength2]) * ray[kTermForward];
+    }
+
+    const TerrainCut& cut_;
+    const RayFrame& rays_;
+    const ImageTile tile_;
+    const Vec2 offset_;
+    std::span<Hit> hits_;
+    const size_t stride_;
+    TraceCounters& counters_;
+    std::array<RayTerms, kMarchColumns> columns_;
+    RayTerms middle_{};
+    // of the run
+    int side_ = 1;  ///< -1: its rays look backwards
+    Neighbours neighbours_;
+    // of the chunk
+    int chunkFirst_ = 0, chunkLast_ = 0;
+    std::array<RayTerms, kChunkRows + 1> rows_{};
+    MarchTile march_;
+    MarchLanes lanes_;
+    std::array<std::optional<BeamWalk>, kGroups> sharp_;
+    /// Metres ahead known of edge columns, by row of the chunk.
+    float edges_[kChunkRows][kMarchColumns];
+};
+
+/// +1 if all rays of a row look ahead, -1 if all look back, 0 if one is too near the vertical.
+int Marcher::sideOf(int row) const {
+    const RayTerms terms = rays_.rowTerms(py(row));
+    double least = kInfinity, most = -kInfinity;
+    for (const int c : {0, tile_.width - 1}) {
+        const RayTerms ray = sumOf(rays_.columnTerms(px(c)), terms);
+        const double ahead = ray[kTermForward] / std::sqrt(ray[kTermLength2]);
+        least = std::min(least, ahead);
+        most = std::max(most, ahead);
+    }
+    return least > kLeastAhead ? 1 : most < -kLeastAhead ? -1 : 0;
+}
+
+void Marcher::turnTo(int side) {
+    side_ = side;
+    for (int c = 0; c < kMarchColumns; ++c) {
+        RayTerms& column = columns_[static_cast<size_t>(c)];
+        column = rays_.columnTerms(px(std::min(c, tile_.width - 1)));
+        column[kTermForward0] *= side;
+        column[kTermForward] *= side;
+    }
+    middle_ = columns_[static_cast<size_t>(tile_.width / 2)];
+}
+
+void Marcher::march() {
+    for (int first = 0; first < tile_.height;) {
+        const int side = sideOf(first);
+        int last = first;
+        while (last + 1 < tile_.height && sideOf(last + 1) == side) ++last;
+        if (side == 0) {
+            castRows(first, last);
+        } else {
+            turnTo(side);
+            marchRun(first, last);
+        }
+        first = last + 1;
+    }
+}
+
+void Marcher::castRows(int first, int last) const {
+    ImageTile part = tile_;
+    part.y += first;
+    part.height = last - first + 1;
+    castByBeams(cut_, rays_, part, offset_, hits_.subspan(static_cast<size_t>(first) * stride_),
+                stride_, counters_);
+}
+
+void Marcher::marchRun(int first, int last) {
+    march_.eyeOutside = false;
+    for (const int row : {first, last})
+        for (const int c : {0, tile_.width - 1}) {
+            const RayTerms ray = sumOf(columns_[static_cast<size_t>(c)], makeRow(row));
+            const double x = ray[kTermX], y = ray[kTermY];
+            if (x < 0 || y < 0 || x > cut_.cellsX || y > cut_.cellsY) march_.eyeOutside = true;
+        }
+    resetLanes(lanes_);
+    const auto whole =
+        neighboursOf(rays_, {px(0), py(first), px(tile_.width - 1), py(last)}, side_);
+    if (!whole || whole->upwards) {
+        for (int row = last; row >= first; row -= kChunkRows)
+            if (!marchChunk(row, std::max(row - kChunkRows + 1, first))) resetLanes(lanes_);
+    } else {
+        for (int row = first; row <= last; row += kChunkRows)
+            if (!marchChunk(row, std::min(row + kChunkRows - 1, last))) resetLanes(lanes_);
+    }
+}
+
+/// False if the chunk's rows cannot share; they are cast then.
+bool Marcher::marchChunk(int first, int last) {
+    const int top = std::min(first, last), bottom = std::max(first, last);
+    const auto neighbours =
+        neighboursOf(rays_, {px(0), py(top), px(tile_.width - 1), py(bottom)}, side_);
+    const bool inOrder = neighbours && neighbours->upwards == (first >= last);
+    if (!inOrder && first != last) {
+        castRows(top, bottom);
+        return false;
+    }
+    if (!neighbours || neighbours->left + neighbours->right >= tile_.width) {
+        castRows(top, bottom);
+        return false;
+    }
+    neighbours_ = *neighbours;
+    chunkFirst_ = first;
+    chunkLast_ = last;
+    const int step = neighbours_.upwards ? -1 : 1;
+    rows_[0] = makeRow(first - step);
+    for (int row = first; row != last + step; row += step)
+        rows_[static_cast<size_t>(std::abs(row - first) + 1)] = makeRow(row);
+    for (auto& walk : sharp_) walk.reset();
+    placeTile(first);
+    traceEdges();
+    for (int row = first; row != last + step; row += step) marchOneRow(row);
+    return true;
+}
+
+/// Anchors the chunk near where its rays are expected to hit: float error grows from there.
+void Marcher::placeTile(int row) {
+    const RayTerms ray = sumOf(middle_, rowTerms(row));
+    float nearest = std::numeric_limits<float>::infinity();
+    for (int c = 0; c < tile_.width; ++c) {
+        const float below = lanes_.below[kMarchPad + c];
+        if (below >= 0) nearest = std::min(nearest, below);
+    }
+    march_.w0 = 0;
+    if (std::isfinite(nearest)) {
+        const double w = (static_cast<double>(nearest) - ray[kTermForward0]) / ray[kTermForward];
+        march_.w0 = static_cast<double>(static_cast<float>(std::max(w, 0.0)));
+    }
+    march_.anchorX = std::floor(ray[kTermX] + march_.w0 * ray[kTermDx]);
+    march_.anchorY = std::floor(ray[kTermY] + march_.w0 * ray[kTermDy]);
+    const double z = ray[kTermZ] + march_.w0 * (ray[kTermDz] + rays_.bend() * march_.w0);
+    march_.anchorZ = static_cast<double>(static_cast<float>(
+        std::clamp<double>(z, static_cast<double>(cut_.minZ), static_cast<double>(cut_.maxZ))));
+    anchorLanes(cut_, march_.anchorZ, lanes_);
+    march_.bend = rays_.bend();
+    march_.exaggeration = rays_.exaggeration();
+    std::fill(std::begin(march_.reach), std::end(march_.reach), 0.0f);
+    for (size_t c = 0; c < kMarchColumns; ++c) {
+        RayTerms part;
+        for (size_t k = 0; k < part.size(); ++k) part[k] = columns_[c][k] - middle_[k];
+        part[kTermX] += march_.w0 * part[kTermDx];
+        part[kTermY] += march_.w0 * part[kTermDy];
+        part[kTermZ] += march_.w0 * part[kTermDz];
+        for (size_t k = 0; k < part.size(); ++k) {
+            const auto value = static_cast<float>(part[k]);
+            march_.columns[k][c] = value;
+            march_.reach[k] = std::max(march_.reach[k], std::fabs(value));
+        }
+    }
+}
+
+MarchRow Marcher::placeRow(const RayTerms& terms) const {
+    RayTerms part = sumOf(terms, middle_);
+    part[kTermX] += march_.w0 * part[kTermDx] - march_.anchorX;
+    part[kTermY] += march_.w0 * part[kTermDy] - march_.anchorY;
+    part[kTermZ] += march_.w0 * part[kTermDz] - march_.anchorZ;
+    MarchRow row;
+    for (size_t k = 0; k < part.size(); ++k) row.terms[k] = static_cast<float>(part[k]);
+    row.left = neighbours_.left;
+    row.right = neighbours_.right;
+    return row;
+}
+
+/// The bundle of the columns [begin, end) of some rows.
+Beam Marcher::pixelBeam(int begin, int end, int firstRow, int lastRow) const {
+    const int low = std::min(firstRow, lastRow), high = std::max(firstRow, lastRow);
+    return beamOf(rays_, tile_.x + begin, tile_.y + low, end - begin, high - low + 1);
+}
+
+/// Columns at the tile's sides lack a ray between which they stand: traced for the whole chunk.
+void Marcher::traceEdges() {
+    const int step = neighbours_.upwards ? -1 : 1;
+    const auto trace = [&](int begin, int end) {
+        Loose loose;
+        for (int row = chunkFirst_; row != chunkLast_ + step; row += step)
+            for (int c = begin; c < end; ++c) loose.add(c, row);
+        if (loose.count > 0) traceFresh(loose, pixelBeam(begin, end, chunkFirst_, chunkLast_));
+    };
+    trace(0, firstInner());
+    trace(lastInner() + 1, tile_.width);
+}
+
+/// Ground that is sharp enough to hide between two rays of a row and to reach up to the next row.
+bool Marcher::mayHideGround() const {
+    if (neighbours_.left + neighbours_.right == 0) return false;
+    if (cut_.hasHoles != 0 || cut_.unlikeMips != 0 || march_.eyeOutside) return true;
+    const float farthest =
+        *std::max_element(lanes_.below + kMarchPad, lanes_.below + kMarchPad + tile_.width);
+    return static_cast<double>(cut_.maxSharpness) *
+               (1 + neighbours_.perAhead * static_cast<double>(farthest)) >=
+           neighbours_.sharp;
+}
+
+/// A ray may begin where those of the row below hit only as far as no sharp ground reaches up to
+/// them: between the two there could be something else (docs/traversal.md).
+void Marcher::limitBegins(int row, const RayTerms& terms) {
+    const int below = rowBelow(row);
+    const RayTerms termsBelow = rowTerms(below);
+    for (int begin = 0; begin < tile_.width; begin += kGroupColumns) {
+        const int end = std::min(begin + kGroupColumns, tile_.width);
+        const float farthest =
+            *std::max_element(lanes_.below + kMarchPad + begin, lanes_.below + kMarchPad + end);
+        if (farthest <= 0) continue;
+        // At one distance ahead the two rows differ in w, and so do the columns: linearly.
+        const RayTerms& a = columns_[static_cast<size_t>(begin)];
+        const RayTerms& b = columns_[static_cast<size_t>(end - 1)];
+        const auto leastOf = [&](RayTerm k) {
+            const double aside =
+                std::fabs(b[k] - a[k]) / std::max(end - 1 - begin, 1) * kMarchReach;
+            return std::min(a[k], b[k]) + std::min(terms[k], termsBelow[k]) - aside;
+        };
+        const double least0 = leastOf(kTermForward0), least = leastOf(kTermForward);
+        auto& walk = sharp_[static_cast<size_t>(begin / kGroupColumns)];
+        if (!walk)  // with the row below the chunk, from whose hits the first row begins
+            walk.emplace(
+                cut_,
+                pixelBeam(begin - neighbours_.left, end + neighbours_.right, rowBelow(chunkFirst_),
+                          chunkLast_),
+                BeamWalk::Sharp{neighbours_.sharp,
+                                neighbours_.perAhead *
+                                    (std::max(a[kTermForward], b[kTermForward]) +
+                                     std::max(terms[kTermForward], termsBelow[kTermForward]))});
+        walk->raiseFloor(rays_.pencilRay(px(begin - neighbours_.left), py(below)).ray,
+                         rays_.pencilRay(px(end - 1 + neighbours_.right), py(below)).ray);
+        const double wanted =
+            1.0001 * (static_cast<double>(farthest) - least0) / std::max(least, 1e-9);
+        const double clear = walk->clearTo(wanted);
+        const auto limit = static_cast<float>(std::max(0.99999 * (clear * least + least0), 0.0));
+        for (int c = begin; c < end; ++c) lanes_.limit[c] = clear >= wanted ? 1e30f : limit;
+    }
+}
+
+void Marcher::marchOneRow(int row) {
+    const RayTerms terms = rowTerms(row);
+    if (mayHideGround())
+        limitBegins(row, terms);
+    else
+        std::fill_n(lanes_.limit, kMarchColumns, 1e30f);
+    const MarchCounts counts = marchRow(cut_, march_, placeRow(terms), firstInner(),
+                                        lastInner() + 1, lanes_, &hitAt(row, 0));
+    const auto done = static_cast<uint64_t>(lastInner() + 1 - firstInner() - counts.left);
+    counters_.rays += done;
+    counters_.columns += done;
+    counters_.hits += static_cast<uint64_t>(counts.hits);
+    counters_.steps += static_cast<uint64_t>(counts.steps);
+    const float* edges = edges_[std::abs(row - chunkFirst_)];
+    for (int c = 0; c < firstInner(); ++c) lanes_.forward[c] = edges[c];
+    for (int c = lastInner() + 1; c < tile_.width; ++c) lanes_.forward[c] = edges[c];
+    if (counts.left > 0) traceLeft(row);
+    std::copy_n(lanes_.forward, tile_.width, lanes_.below + kMarchPad);
+}
+
+/// What the lanes of a row have left goes to the tracer.
+void Marcher::traceLeft(int row) {
+    Loose begun, fresh;
+    const auto flush = [&](bool wasBegun) {
+        Loose& loose = wasBegun ? begun : fresh;
+        if (loose.count == 0) return;
+        if (wasBegun)
+            traceBegun(loose);
+        else
+            traceFresh(loose,
+                       pixelBeam(loose.column[0], loose.column[loose.count - 1] + 1, row, row));
+        loose.count = 0;
+    };
+    for (int c = firstInner(); c <= lastInner(); ++c) {
+        if (lanes_.result[c] != kMarchLeft) continue;
+        const bool isBegun = lanes_.begun[c] != 0;
+        Loose& loose = isBegun ? begun : fresh;
+        // Bundles of a few columns reach farther.
+        const bool wide = !isBegun && loose.count > 0 && c >= loose.column[0] + kGroupColumns;
+        if (loose.count == loose.column.size() || wide) flush(isBegun);
+        loose.add(c, row);
+    }
+    flush(true);
+    flush(false);
+}
+
+void Marcher::fillBatch(const Loose& loose, RayBatch& batch) const {
+    std::array<double, kBatchRays> x, y;
+    for (size_t k = 0; k < loose.count; ++k) {
+        x[k] = px(loose.column[k]);
+        y[k] = py(loose.row[k]);
+    }
+    rays_.fillBatch(std::span(x).first(loose.count), std::span(y).first(loose.count), 0.0, batch);
+}
+
+/// Rays that the row below has told where to begin, from where their lanes have come to.
+void Marcher::traceBegun(const Loose& loose) {
+    RayBatch batch;
+    fillBatch(loose, batch);
+    for (size_t k = 0; k < loose.count; ++k)
+        batch.clear[k] = std::max(static_cast<double>(lanes_.clear[loose.column[k]]), 0.0);
+    counters_.columns += loose.count;
+    trace(batch, loose, kNearLevel);
+    for (size_t k = 0; k < loose.count; ++k) {
+        Hit& hit = hitAt(loose.row[k], loose.column[k]);
+        const int steps = hit.steps + lanes_.steps[loose.column[k]];
+        hit.steps = static_cast<uint16_t>(std::min(steps, 0xFFFF));
+    }
+}
+
+/// Rays of which nothing is known, from where a bundle of all of them ends.
+void Marcher::traceFresh(const Loose& loose, const Beam& beam) {
+    RayBatch batch;
+    fillBatch(loose, batch);
+    BeamWalk walk(cut_, beam);
+    const double clear = walk.clearTo(kInfinity);
+    for (size_t k = 0; k < loose.count; ++k) {
+        const RayTerms& column = columns_[static_cast<size_t>(loose.column[k])];
+        batch.clear[k] =
+            clear * std::sqrt(column[kTermLength2] + rowTerms(loose.row[k])[kTermLength2]);
+    }
+    counters_.beams += loose.count;
+    trace(batch, loose, walk.level());
+}
+
+void Marcher::trace(RayBatch& batch, const Loose& loose, int level) {
+    std::array<Hit, kBatchRays> found;
+    firstHits(cut_, batch, static_cast<int>(loose.count), level,
+              std::span(found).first(loose.count), counters_);
+    for (size_t k = 0; k < loose.count; ++k) {
+        const int c = loose.column[k], row = loose.row[k];
+        const Hit& hit = hitAt(row, c) = found[k];
+        lanes_.past[c] = !isHit(hit);
+        float& forward = forwardOf(c, row);
+        forward = -1.0f;
+        if (!batch.above[k]) continue;
+        forward = 0.0f;  // all that is known of a ray that is never near the terrain
+        const double t = isHit(hit) ? static_cast<double>(hit.t) * (1 - 1e-6) : batch.end[k];
+        if (!isHit(hit) && batch.end[k] < batch.begin[k]) continue;
+        const RayTerms ray = sumOf(columns_[static_cast<size_t>(c)], rowTerms(row));
+        forward = static_cast<float>(std::clamp(aheadAt(ray, t), 0.0, 1e30));
+    }
+}
+
+}  // namespace
+
+void marchTile(const TerrainCut& cut, const RayFrame& rays, const ImageTile& tile, Vec2 offset,
+               std::span<Hit> hits, size_t stride, TraceCounters& counters) {
+    Marcher(cut, rays, tile, offset, hits, stride, counters).march();
+}
+
+}  // namespace terray
