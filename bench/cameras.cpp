@@ -55,6 +55,11 @@ private:
     FrameCut cut_;
 };
 
+/// Heading from one place to another, degrees clockwise from grid north.
+double headingTo(const WorldPoint& from, const WorldPoint& to) {
+    return degFromRad(std::atan2(to.x - from.x, to.y - from.y));
+}
+
 class Placer {
 public:
     Placer(const Scene& scene, int width, int height)
@@ -75,6 +80,12 @@ public:
         view.pitchDeg = pitch;
         return view;
     }
+    /// From beyond a corner of the terrain, slightly down to its middle.
+    View outsideView(const WorldPoint& middle) const {
+        const double extent = std::hypot(box_.max.x - box_.min.x, box_.max.y - box_.min.y);
+        const WorldPoint eye{box_.min.x - 0.3 * extent, box_.min.y - 0.2 * extent, box_.max.z};
+        return view(eye, 0.1 * extent, headingTo(eye, middle), -12);
+    }
     void add(const std::string& name, const View& view) {
         auto camera = makeCamera(view, box_);
         TERRAY_ASSERT(camera.ok());
@@ -89,11 +100,6 @@ private:
     double fovDeg_ = 0;
     std::vector<NamedCamera> cameras_;
 };
-
-/// Heading from one place to another, degrees clockwise from grid north.
-double headingTo(const WorldPoint& from, const WorldPoint& to) {
-    return degFromRad(std::atan2(to.x - from.x, to.y - from.y));
-}
 
 }  // namespace
 
@@ -111,17 +117,25 @@ std::vector<NamedCamera> speedCameras(const Scene& scene, int width, int height)
     return placer.take();
 }
 
+std::vector<NamedCamera> sideCameras(const Scene& scene, int width, int height) {
+    Placer placer(scene, width, height);
+    const WorldPoint side = placer.ground().at(0.25, 0.75), middle = placer.ground().at(0.5, 0.5);
+    View rolled = placer.view(side, 500, headingTo(side, middle), -15);
+    rolled.rollDeg = 30;
+    placer.add("rolled", rolled);
+    placer.add("outside", placer.outsideView(middle));
+    return placer.take();
+}
+
 std::vector<NamedCamera> oddCameras(const Scene& scene, int width, int height) {
     Placer placer(scene, width, height);
     const WorldPoint side = placer.ground().at(0.6, 0.3), middle = placer.ground().at(0.5, 0.5);
     const SceneBox& box = placer.box();
-    const double extent = std::hypot(box.max.x - box.min.x, box.max.y - box.min.y);
     View rolled = placer.view(side, 300, 200, -10);
     rolled.rollDeg = 37;
     placer.add("rolled", rolled);
     placer.add("up", placer.view(middle, -200, 0, 90));
-    const WorldPoint outside{box.min.x - 0.3 * extent, box.min.y - 0.2 * extent, box.max.z};
-    placer.add("outside", placer.view(outside, 0.1 * extent, headingTo(outside, middle), -12));
+    placer.add("outside", placer.outsideView(middle));
     placer.add("under", placer.view(side, -150, 120, 10));
     View panorama = placer.view(middle, 60, 0, -5);
     panorama.projection = Projection::Panorama;

@@ -19,6 +19,9 @@ struct NamedCamera {
 /// degrees.
 std::vector<NamedCamera> speedCameras(const Scene& scene, int width, int height);
 
+/// Two more for comparisons: mid500 rolled by 30 degrees, and one from outside the terrain.
+std::vector<NamedCamera> sideCameras(const Scene& scene, int width, int height);
+
 /// Six more for exactness: rolled, up, from outside, from under the ground, panorama, ortho.
 std::vector<NamedCamera> oddCameras(const Scene& scene, int width, int height);
 

@@ -13,5 +13,6 @@ using Job = std::function<int()>;
 
 void addKernel(CLI::App& program, Job& job);
 void addExactness(CLI::App& program, Job& job);
+void addPeers(CLI::App& program, Job& job);
 
 }  // namespace terray::bench

@@ -2,18 +2,12 @@
 // `terray-bench kernel`: primary rays a second of the exact tracer, six cameras, one thread and
 // all.
 #include <fmt/format.h>
-#include <tbb/blocked_range.h>
-#include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
-#include <algorithm>
-#include <ctime>
 #include <nlohmann/json.hpp>
 
-#include "base/stopwatch.h"
 #include "cameras.h"
 #include "commands.h"
+#include "frame_timing.h"
 #include "kernel/trace.h"
 #include "stream/cut.h"
 #include "technique/technique.h"
@@ -33,68 +27,38 @@ struct KernelOptions {
 };
 
 struct Figures {
-    double ms = 0;     ///< median of the repetitions
-    double cpuMs = 0;  ///< of all threads, median: what counts on a busy machine
+    Timing median;  ///< of the repetitions
     TraceCounters counters;
 };
 
-constexpr int kTileSide = 128;
-
 /// One frame: ray set-up and tracing of every image tile, hits into a buffer of the thread.
 TraceCounters traceFrame(const Technique& technique, const TerrainCut& cut, const RayFrame& frame) {
-    const int width = frame.camera().width, height = frame.camera().height;
-    const int columns = (width + kTileSide - 1) / kTileSide,
-              rows = (height + kTileSide - 1) / kTileSide;
     struct Worker {
         std::vector<Hit> hits = std::vector<Hit>(kTileSide * kTileSide);
         TraceCounters counters;
     };
     tbb::enumerable_thread_specific<Worker> workers;
-    tbb::parallel_for(tbb::blocked_range<int>(0, columns * rows, 1), [&](const auto& range) {
-        Worker& worker = workers.local();
-        for (int k = range.begin(); k < range.end(); ++k) {
-            ImageTile tile{k % columns * kTileSide, k / columns * kTileSide, 0, 0};
-            tile.width = std::min(kTileSide, width - tile.x);
-            tile.height = std::min(kTileSide, height - tile.y);
-            const std::span hits(worker.hits.data(), tile.pixelCount());
-            technique.castTile(cut, frame, tile, {0.5, 0.5}, hits, worker.counters);
-        }
-    });
+    castTiles(frame.camera().width, frame.camera().height, workers,
+              [&](const ImageTile& tile, Worker& worker) {
+                  const std::span hits(worker.hits.data(), tile.pixelCount());
+                  technique.castTile(cut, frame, tile, {0.5, 0.5}, hits, worker.counters);
+              });
     TraceCounters sum;
-    for (const Worker& worker : workers) {
-        sum.rays += worker.counters.rays;
-        sum.hits += worker.counters.hits;
-        sum.steps += worker.counters.steps;
-        sum.redone += worker.counters.redone;
-        sum.columns += worker.counters.columns;
-        sum.beams += worker.counters.beams;
-    }
+    for (const Worker& worker : workers) addCounters(sum, worker.counters);
     return sum;
-}
-
-double cpuMs() { return static_cast<double>(std::clock()) * 1e3 / CLOCKS_PER_SEC; }
-
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
 }
 
 Figures measure(const Technique& technique, const TerrainCut& cut, const RayFrame& frame,
                 int threads, int reps) {
     Figures figures;
     tbb::task_arena arena(threads);
-    std::vector<double> times, cpuTimes;
+    std::vector<Timing> timings;
     for (int rep = -1; rep < reps; ++rep) {  // the first one warms up
-        const double cpuStart = cpuMs();
-        Stopwatch watch;
-        arena.execute([&] { figures.counters = traceFrame(technique, cut, frame); });
-        if (rep < 0) continue;
-        times.push_back(watch.elapsedMs());
-        cpuTimes.push_back(cpuMs() - cpuStart);
+        const Timing timing =
+            timeOnce(arena, [&] { figures.counters = traceFrame(technique, cut, frame); });
+        if (rep >= 0) timings.push_back(timing);
     }
-    figures.ms = median(times);
-    figures.cpuMs = median(cpuTimes);
+    figures.median = medianOf(timings);
     return figures;
 }
 
@@ -112,10 +76,10 @@ nlohmann::json jsonOf(const Scene& scene, const KernelOptions& options, const st
             {"height", options.height},
             {"threads", threads},
             {"reps", options.reps},
-            {"ms", figures.ms},
-            {"cpu_ms", figures.cpuMs},
-            {"mrays_per_cpu_s", static_cast<double>(c.rays) / figures.cpuMs / 1e3},
-            {"mrays_per_s", static_cast<double>(c.rays) / figures.ms / 1e3},
+            {"ms", figures.median.ms},
+            {"cpu_ms", figures.median.cpuMs},
+            {"mrays_per_cpu_s", static_cast<double>(c.rays) / figures.median.cpuMs / 1e3},
+            {"mrays_per_s", static_cast<double>(c.rays) / figures.median.ms / 1e3},
             {"rays", c.rays},
             {"hits", c.hits},
             {"steps_per_ray", static_cast<double>(c.steps) / static_cast<double>(c.rays)},

@@ -9,6 +9,7 @@ int main(int argc, char** argv) {
     terray::bench::Job job;
     terray::bench::addKernel(program, job);
     terray::bench::addExactness(program, job);
+    terray::bench::addPeers(program, job);
     try {
         program.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
