@@ -16,7 +16,7 @@ namespace {
 class Ground {
 public:
     explicit Ground(const Scene& scene)
-        : info_(scene.terrain->info()), cut_(finestCut(*scene.terrain, false)) {}
+        : info_(scene.terrain->info()), cut_(finestCut(*scene.terrain, kSurfaceBilinear)) {}
 
     /// A place at fractions of the lattice; z = ground, or the highest height in a hole.
     WorldPoint at(double fractionX, double fractionY) const {
@@ -24,7 +24,7 @@ public:
         const Vec2 place = info_.worldFromLattice.worldFromLattice({i, j});
         const SurfaceCell cell = surfaceCellAt(cut_.cut(), i, j);
         const double z =
-            cell.slot == kNoSlot ? static_cast<double>(info_.maxZ) : cell.height(false);
+            cell.slot == kNoSlot ? static_cast<double>(info_.maxZ) : cell.height(kSurfaceBilinear);
         return {place.x, place.y, z};
     }
     /// The lowest (sign -1) or highest (+1) of 257 x 257 places in the middle of the lattice.

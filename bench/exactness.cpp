@@ -29,7 +29,7 @@ struct ExactnessOptions {
     std::vector<std::string> sources;  ///< empty: the town and the fractal
     uint64_t rays = 10'000'000;
     int width = 640, height = 360;
-    std::string target, surface = "both";
+    std::string target, surface = "all";
     uint64_t seed = 1;
 };
 
@@ -267,21 +267,21 @@ std::vector<Ray> cameraRays(const RayFrame& frame) {
     return rays;
 }
 
-void judgeScene(const Scene& scene, const Technique& technique, bool constant, uint64_t rayCount,
+void judgeScene(const Scene& scene, const Technique& technique, SurfaceKind kind, uint64_t rayCount,
                 const ExactnessOptions& options, Court& court) {
     std::vector<NamedCamera> cameras = speedCameras(scene, options.width, options.height);
     for (NamedCamera& odd : oddCameras(scene, options.width, options.height))
         cameras.push_back(std::move(odd));
-    const std::string surface = constant ? "constant" : "bilinear";
+    const std::string surface = kSurfaceNames[kind];
     Progress progress(scene.name + ", " + surface,
                       static_cast<double>(2 * cameras.size() + rayCount / kBatch));
     const Affine2& lattice = scene.terrain->info().worldFromLattice;
     std::vector<FrameCut> cuts;  // finest, then one with unlike mips for each camera
-    cuts.push_back(finestCut(*scene.terrain, constant));
+    cuts.push_back(finestCut(*scene.terrain, kind));
     for (const NamedCamera& named : cameras) {
         CutOptions choice;
         choice.bend = scene.bend;
-        choice.constantSurface = constant;
+        choice.surface = kind;
         cuts.push_back(selectCut(*scene.terrain, named.camera, choice));
         const RayFrame frame(named.camera, lattice, 1, scene.bend);
         const std::vector<Ray> rays = cameraRays(frame);
@@ -319,9 +319,10 @@ int runExactness(const ExactnessOptions& options) {
     if (sources.empty())
         sources = {syntheticName("town", 2048, 1, "float"),
                    syntheticName("fractal", 2048, 10, "int16")};
-    std::vector<bool> surfaces;
-    if (options.surface != "constant") surfaces.push_back(false);
-    if (options.surface != "bilinear") surfaces.push_back(true);
+    std::vector<SurfaceKind> surfaces;
+    for (const SurfaceKind kind : {kSurfaceBilinear, kSurfaceConstant, kSurfaceTriangles})
+        if (options.surface == "all" || options.surface == kSurfaceNames[kind])
+            surfaces.push_back(kind);
     auto technique = makeTechnique("ray_cast");
     if (!technique) return report(technique.error());
     Court court(targets);
@@ -329,8 +330,8 @@ int runExactness(const ExactnessOptions& options) {
     for (const std::string& source : sources) {
         auto scene = loadScene(source);
         if (!scene) return report(scene.error());
-        for (const bool constant : surfaces)
-            judgeScene(*scene, **technique, constant, share, options, court);
+        for (const SurfaceKind kind : surfaces)
+            judgeScene(*scene, **technique, kind, share, options, court);
     }
     court.print();
     return court.faults() == 0 ? 0 : 1;
@@ -355,7 +356,7 @@ void addExactness(CLI::App& program, Job& job) {
     command->add_option("--target", options->target,
                         "one SIMD target (default: all of the machine)");
     command->add_option("--surface", options->surface)
-        ->check(CLI::IsMember({"bilinear", "constant", "both"}))
+        ->check(CLI::IsMember({"bilinear", "constant", "triangles", "all"}))
         ->capture_default_str();
     command->add_option("--seed", options->seed)->capture_default_str();
     command->footer(

@@ -131,7 +131,7 @@ int runKernel(const KernelOptions& options) {
         CutOptions cutOptions;
         cutOptions.tolerancePx = options.tolerance;
         cutOptions.bend = scene->bend;
-        cutOptions.constantSurface = options.constant;
+        cutOptions.surface = options.constant ? kSurfaceConstant : kSurfaceBilinear;
         const FrameCut cut = selectCut(*scene->terrain, named.camera, cutOptions);
         const RayFrame frame(named.camera, scene->terrain->info().worldFromLattice, 1, scene->bend);
         for (const int threads : threadCounts)

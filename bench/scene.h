@@ -18,6 +18,9 @@ struct Scene {
     double bend = 0;  ///< 1/m: curvature less refraction; of a middling Earth if there is no CRS
 };
 
+/// Names of the surfaces, by SurfaceKind.
+constexpr const char* kSurfaceNames[] = {"bilinear", "constant", "triangles"};
+
 /// Name of the synthetic source of a kind ("fractal", "town") with `size` posts a side.
 std::string syntheticName(const std::string& kind, int64_t size, double cell,
                           const std::string& format);

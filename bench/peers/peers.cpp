@@ -24,6 +24,7 @@ struct PeersOptions {
     int64_t size = 4096;
     double cell = 10;
     std::string format = "int16", target, camera, technique = "ray_cast", json, markdown;
+    std::string surface = "triangles";
     int width = 1920, height = 1080, reps = 5;
     std::vector<int> threads;
     double tolerance = 0, triangleGiB = 6;
@@ -84,7 +85,7 @@ nlohmann::json Comparison::lineOf(const std::string& kind, const std::string& wh
             {"threads", threads},
             {"terrain", scene_.name},
             {"posts", static_cast<int64_t>(posts_)},
-            {"surface", "bilinear"},
+            {"surface", options_.surface},
             {"target", activeSimdTarget()},
             {"embree", RTC_VERSION_STRING}};
 }
@@ -238,6 +239,7 @@ void Comparison::measure(const std::string& kind, const std::string& camera,
 void Comparison::compare(const NamedCamera& named) {
     CutOptions choice;
     choice.tolerancePx = options_.tolerance;
+    choice.surface = options_.surface == "triangles" ? kSurfaceTriangles : kSurfaceBilinear;
     const FrameCut cut = selectCut(*scene_.terrain, named.camera, choice);
     // Embree's rays are straight, so ours are here, too.
     const RayFrame frame(named.camera, scene_.terrain->info().worldFromLattice, 1, 0);
@@ -345,6 +347,9 @@ void addPeers(CLI::App& program, Job& job) {
         ->add_option("--triangle-memory", options->triangleGiB,
                      "GiB that Embree may take for building triangles")
         ->check(CLI::NonNegativeNumber)
+        ->capture_default_str();
+    command->add_option("--surface", options->surface, "of Terray; Embree has triangles only")
+        ->check(CLI::IsMember({"triangles", "bilinear"}))
         ->capture_default_str();
     command->add_flag("--robust", options->robust, "Embree's robust mode (its default is without)");
     command->add_option("--json", options->json, "file for the measurements, one JSON line each");

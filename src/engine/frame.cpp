@@ -87,7 +87,7 @@ CutOptions cutOptions(const RenderOptions& options, double bend, const Sun& sun)
     cut.tolerancePx = options.tolerancePx;
     cut.exaggeration = options.exaggeration;
     cut.bend = bend;
-    cut.constantSurface = options.surface == Surface::Constant;
+    cut.surface = options.surface == Surface::Constant ? kSurfaceConstant : kSurfaceBilinear;
     if (options.shadows && !sun.belowHorizon) cut.sun = SunBound{sun.towards};
     return cut;
 }

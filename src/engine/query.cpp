@@ -85,7 +85,8 @@ public:
 private:
     Query(const Terrain::State& state, const QueryOptions& options, PlaceResolver places,
           double bend)
-        : cut_(finestCut(*state.resident, options.surface == Surface::Constant)),
+        : cut_(finestCut(*state.resident, options.surface == Surface::Constant ? kSurfaceConstant
+                                                                               : kSurfaceBilinear)),
           places_(std::move(places)),
           frame_(Camera{}, state.resident->info().worldFromLattice, 1.0, bend),
           bend_(bend) {}
@@ -111,7 +112,7 @@ private:
     }
 
     Vec3 groundNormal(const Hit& hit) const {
-        if (cut_.cut().constantSurface != 0) return {0, 0, 1};
+        if (cut_.cut().surface == kSurfaceConstant) return {0, 0, 1};
         const TileDesc& tile = cut_.cut().tiles[hit.tile];
         const int x = static_cast<int>(cellX(hit)), y = static_cast<int>(cellY(hit));
         const auto post = [&](int i, int j) {

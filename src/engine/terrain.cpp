@@ -45,7 +45,7 @@ Result<void> openInto(Terrain::State& state, const std::string& source,
     auto resident = ResidentTerrain::build(*dem->source, plan->budget, state.build);
     if (!resident) return resident.error();
     state.resident = std::move(*resident);
-    state.finest = finestCut(*state.resident, false);
+    state.finest = finestCut(*state.resident, kSurfaceBilinear);
     state.dataCrsWkt = dem->dataCrsWkt;
     state.facts = std::move(dem->facts);
     describeLattice(state.resident->info(), state.facts);

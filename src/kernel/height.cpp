@@ -49,13 +49,16 @@ uint32_t drawnSlotAt(const TerrainCut& cut, int64_t column, int64_t row) {
     return kNoSlot;
 }
 
-double SurfaceCell::height(bool constantSurface) const {
-    if (constantSurface) {
+double SurfaceCell::height(SurfaceKind surface) const {
+    if (surface == kSurfaceConstant) {
         const bool right = u >= 0.5, lower = v >= 0.5;
         const float post = lower ? (right ? h11 : h01) : (right ? h10 : h00);
         return static_cast<double>(post);
     }
     const double a = h00, b = h10, c = h01, d = h11;
+    if (surface == kSurfaceTriangles)
+        return u + v <= 1 ? a + u * (b - a) + v * (c - a)
+                          : d + (1 - u) * (c - d) + (1 - v) * (b - d);
     const double top = a + u * (b - a), bottom = c + u * (d - c);
     return top + v * (bottom - top);
 }
@@ -84,7 +87,7 @@ double hitHeight(const TerrainCut& cut, const Hit& hit) {
         cellOf(cut, hit.tile, static_cast<int>(cellX(hit)), static_cast<int>(cellY(hit)));
     cell.u = static_cast<double>(hit.u);
     cell.v = static_cast<double>(hit.v);
-    return cell.height(cut.constantSurface != 0);
+    return cell.height(cut.surface);
 }
 
 }  // namespace terray

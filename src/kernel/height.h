@@ -46,7 +46,7 @@ struct SurfaceCell {
     int x = 0, y = 0;                          ///< cell in the tile, 0..511
     double u = 0, v = 0;                       ///< place in the cell, 0..1
     float h00 = 0, h10 = 0, h01 = 0, h11 = 0;  ///< posts: (x, y), (x+1, y), (x, y+1), (x+1, y+1)
-    double height(bool constantSurface) const;
+    double height(SurfaceKind surface) const;
 };
 /// The drawn cell at a lattice place (i, j in mip-0 posts).
 SurfaceCell surfaceCellAt(const TerrainCut& cut, double i, double j);

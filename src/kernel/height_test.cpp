@@ -30,25 +30,38 @@ TEST(SurfaceCell, PlaneIsReproducedInEveryMip) {
             sawCoarse = sawCoarse || cell.mip == 1;
             // The full-weighting mean of a repeated edge is off the plane.
             if (i > 2 && j > 2 && i < 2046 && j < 1022) {
-                EXPECT_NEAR(cell.height(false), 2 * i - 3 * j + 7, 1e-3);
+                EXPECT_NEAR(cell.height(kSurfaceBilinear), 2 * i - 3 * j + 7, 1e-3);
             }
         }
     }
     EXPECT_TRUE(sawCoarse);
 }
 
+TEST(SurfaceCell, TrianglesAreTwoPlanes) {
+    const test::TestCut terrain(
+        test::Heights(2, 2, [](int i, int j) { return i == 1 && j == 1 ? 8 : 0; }));
+    EXPECT_EQ(surfaceCellAt(terrain.cut(), 0.25, 0.5).height(kSurfaceTriangles), 0);
+    EXPECT_EQ(surfaceCellAt(terrain.cut(), 0.75, 0.5).height(kSurfaceTriangles), 2);
+    EXPECT_EQ(surfaceCellAt(terrain.cut(), 1, 1).height(kSurfaceTriangles), 8);
+}
+
 TEST(SurfaceCell, ConstantSurfaceTakesTheNearestPost) {
     const TestCut terrain(plane(5, 5));
-    EXPECT_EQ(surfaceCellAt(terrain.cut(), 1.4, 2.4).height(true), 2.0 * 1 - 3.0 * 2 + 7);
-    EXPECT_EQ(surfaceCellAt(terrain.cut(), 1.6, 2.4).height(true), 2.0 * 2 - 3.0 * 2 + 7);
-    EXPECT_EQ(surfaceCellAt(terrain.cut(), 1.4, 2.6).height(true), 2.0 * 1 - 3.0 * 3 + 7);
-    EXPECT_EQ(surfaceCellAt(terrain.cut(), 1.6, 2.6).height(true), 2.0 * 2 - 3.0 * 3 + 7);
+    EXPECT_EQ(surfaceCellAt(terrain.cut(), 1.4, 2.4).height(kSurfaceConstant),
+              2.0 * 1 - 3.0 * 2 + 7);
+    EXPECT_EQ(surfaceCellAt(terrain.cut(), 1.6, 2.4).height(kSurfaceConstant),
+              2.0 * 2 - 3.0 * 2 + 7);
+    EXPECT_EQ(surfaceCellAt(terrain.cut(), 1.4, 2.6).height(kSurfaceConstant),
+              2.0 * 1 - 3.0 * 3 + 7);
+    EXPECT_EQ(surfaceCellAt(terrain.cut(), 1.6, 2.6).height(kSurfaceConstant),
+              2.0 * 2 - 3.0 * 3 + 7);
 }
 
 TEST(SurfaceCell, BordersBelongToTheTerrainAndNothingBeyondThem) {
     const TestCut terrain(plane(5, 4));
-    EXPECT_NEAR(surfaceCellAt(terrain.cut(), 0, 0).height(false), 7, 1e-6);
-    EXPECT_NEAR(surfaceCellAt(terrain.cut(), 4, 3).height(false), 2 * 4 - 3 * 3 + 7, 1e-6);
+    EXPECT_NEAR(surfaceCellAt(terrain.cut(), 0, 0).height(kSurfaceBilinear), 7, 1e-6);
+    EXPECT_NEAR(surfaceCellAt(terrain.cut(), 4, 3).height(kSurfaceBilinear), 2 * 4 - 3 * 3 + 7,
+                1e-6);
     for (const auto& [i, j] : {std::pair{-0.001, 1.0}, {4.001, 1.0}, {1.0, -0.1}, {1.0, 3.5}}) {
         EXPECT_EQ(surfaceCellAt(terrain.cut(), i, j).slot, kNoSlot);
     }

@@ -59,7 +59,7 @@ TestCut::TestCut(const Heights& heights, const CutChoice& choice) {
     cut_.posts = choice.int16 ? static_cast<const void*>(codes_.data()) : floatPosts_.data();
     cut_.bounds = bounds_.data();
     cut_.squares = squares_.data();
-    cut_.constantSurface = choice.constantSurface ? 1 : 0;
+    cut_.surface = choice.surface;
     cut_.minZ = std::numeric_limits<float>::infinity();
     cut_.maxZ = -cut_.minZ;
     drawSquares(cut_.rootLevel, 0, 0, choice);

@@ -30,10 +30,12 @@ private:
 struct CutChoice {
     bool int16 = false;  ///< 16-bit codes; heights are rounded to the nearest code
     double zStep = 0;    ///< metres a code; 0: the range over 65534
-    bool constantSurface = false;
+    SurfaceKind surface = kSurfaceBilinear;
     /// Mip wanted for the tile (x, y) of mip 0; a coarser tile is drawn where all below it want it.
     std::function<int(int, int)> mipOfTile = [](int, int) { return 0; };
 };
+
+constexpr SurfaceKind kAllSurfaces[] = {kSurfaceBilinear, kSurfaceConstant, kSurfaceTriangles};
 
 /// A cut that owns its pools: every tile of every mip is resident.
 class TestCut {
@@ -43,7 +45,7 @@ public:
     TestCut& operator=(const TestCut&) = delete;
 
     const TerrainCut& cut() const { return cut_; }
-    void setConstantSurface(bool constant) { cut_.constantSurface = constant ? 1 : 0; }
+    void setSurface(SurfaceKind surface) { cut_.surface = surface; }
     uint32_t slotOf(int mip, int x, int y) const;
 
 private:

@@ -152,31 +152,65 @@ void standInTile(const TerrainCut& cut, uint32_t slot, RayBlock& b, int k) {
 
 enum class FirstCell { Occluded, GoesOn, Uncertain };
 
+/// A ray that starts on the sheet at (u, v) of a cell and leaves the cell at t = exit.
+struct FirstWay {
+    double u, v, exit, side;  ///< side: +1 from above the sheet, -1 from below
+};
+
+/// Least value of side * f(t) / t on the way, f = ray height less surface: a straight line.
+double leastOnBilinear(const exact::Cell& cell, const Ray& ray, const FirstWay& way) {
+    const exact::CellRay r = exact::cellRay(ray, cell.mip);
+    const double b = cell.h10 - cell.h00, c = cell.h01 - cell.h00, d = (cell.h11 - cell.h01) - b;
+    const double f1 = ray.dz - (b * r.dx + c * r.dy + d * (way.u * r.dy + way.v * r.dx));
+    const double f2 = ray.bend - d * r.dx * r.dy;
+    return std::min(way.side * f1, way.side * (f1 + f2 * way.exit));
+}
+
+/// The same on two triangles: a straight line up to the diagonal; behind it f bends by
+/// -turn (t - meets), and f / t has its only extremum at sqrt(turn meets / bend).
+double leastOnTriangles(const exact::Cell& cell, const Ray& ray, const FirstWay& way) {
+    const exact::CellRay r = exact::cellRay(ray, cell.mip);
+    const double beyond = (way.u + way.v) - 1.0, rate = r.dx + r.dy;
+    const bool upper = beyond > 0.0 || (beyond == 0.0 && rate > 0.0);
+    const double f1 = ray.dz - exact::triangleSlope(cell, r, upper);
+    const double meets = -beyond / rate;
+    if (!(meets > 0.0 && meets < way.exit))
+        return std::min(way.side * f1, way.side * (f1 + ray.bend * way.exit));
+    const double turn = f1 - (ray.dz - exact::triangleSlope(cell, r, !upper));
+    const auto at = [&](double t) {
+        return way.side * (f1 + ray.bend * t - turn * (t - meets) / t);
+    };
+    double least = std::min({way.side * f1, way.side * (f1 + ray.bend * meets), at(way.exit)});
+    const double extremum = std::sqrt(turn * meets / ray.bend);  // NaN where there is none
+    if (extremum > meets && extremum < way.exit) least = std::min(least, at(extremum));
+    return least;
+}
+
 /// The hit cell of a shadow ray, its root t = 0 divided out: f(t) / t = f1 + f2 t. On GoesOn, the
 /// lane stands at the next cell.
 FirstCell leaveHitCell(const TerrainCut& cut, const Hit& hit, const Ray& ray, RayBlock& b, int k) {
-    if (cut.constantSurface != 0 || (hit.flags & kHitStrip) != 0) return FirstCell::Uncertain;
+    if (cut.surface == kSurfaceConstant || (hit.flags & kHitStrip) != 0)
+        return FirstCell::Uncertain;
     const TileDesc& tile = cut.tiles[hit.tile];
     const int mip = hit.mip;
     const int64_t x = (tile.x >> mip) + cellX(hit), y = (tile.y >> mip) + cellY(hit);
     const exact::Cell cell = exact::loadCell(cut, hit.tile, x, y);
     const double u = static_cast<double>(hit.u), v = static_cast<double>(hit.v);
     const exact::CellRay r = exact::cellRay(ray, mip);
-    const double bb = cell.h10 - cell.h00, cc = cell.h01 - cell.h00,
-                 dd = (cell.h11 - cell.h01) - bb;
-    const double f1 = ray.dz - (bb * r.dx + cc * r.dy + dd * (u * r.dy + v * r.dx));
-    const double f2 = ray.bend - dd * r.dx * r.dy;
+    const double bb = cell.h10 - cell.h00, cc = cell.h01 - cell.h00;
     const double side = (hit.flags & kHitFromBelow) != 0 ? -1.0 : 1.0;
     const double tx = r.dx != 0.0 ? ((r.dx > 0.0 ? 1.0 - u : -u) / r.dx) : 1e30;
     const double ty = r.dy != 0.0 ? ((r.dy > 0.0 ? 1.0 - v : -v) / r.dy) : 1e30;
     const exact::Clip clip{0.0, exact::clipRay(cut, ray).end};
     const double border = std::max(std::min(tx, ty), 0.0),
                  exit = std::min(border, std::max(clip.end, 0.0));
-    const double g0 = side * f1, g1 = side * (f1 + f2 * exit);
+    const double least = cut.surface == kSurfaceTriangles
+                             ? leastOnTriangles(cell, ray, {u, v, exit, side})
+                             : leastOnBilinear(cell, ray, {u, v, exit, side});
     const double unsure =
         1e-9 * (std::fabs(ray.dz) + std::fabs(bb * r.dx) + std::fabs(cc * r.dy) + 1e-6);
-    if (g0 < -unsure || g1 < -unsure) return FirstCell::Occluded;
-    if (g0 < unsure || g1 < unsure) return FirstCell::Uncertain;
+    if (least < -unsure) return FirstCell::Occluded;
+    if (least < unsure) return FirstCell::Uncertain;
     if (clip.end <= border) {
         placeIdle(cut, b, k);  // leaves the terrain's box right here
         return FirstCell::GoesOn;
@@ -258,10 +292,10 @@ void firstHits(const TerrainCut& cut, RayBatch& batch, int count, int level, std
     }
     simd::placeRays(cut, batch, b, padded, level);
     simd::traceBlock(cut, b, padded);
-    const bool bilinear = cut.constantSurface == 0;
-    if (bilinear) {
+    const bool inLanes = cut.surface != kSurfaceConstant;
+    if (inLanes) {
         loadHitCells(cut, b, padded, h);
-        simd::finishHits(batch, h, padded);
+        simd::finishHits(batch, h, padded, cut.surface);
     }
     for (int k = 0; k < count; ++k) {
         Hit& hit = hits[static_cast<size_t>(k)];
@@ -270,7 +304,7 @@ void firstHits(const TerrainCut& cut, RayBatch& batch, int count, int level, std
         if (b.result[k] == simd::kResultMiss) {
             hit = Hit{};
             hit.steps = stepCount(b.steps[k]);
-        } else if (b.result[k] == simd::kResultHit && bilinear && !std::isnan(h.t[k])) {
+        } else if (b.result[k] == simd::kResultHit && inLanes && !std::isnan(h.t[k])) {
             hit = hitOf(b, h, k);
         } else {
             Ray ray = batch.ray(k);

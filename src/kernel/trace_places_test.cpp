@@ -50,7 +50,9 @@ TEST(Tracer, AxesDiagonalsPostsAndEdges) {
         if (rays.size() % 3 == 0) rays.back().x -= 1200 * dx, rays.back().y -= 1200 * dy;
     }
     expectLikeOracle(terrain.cut(), rays);
-    terrain.setConstantSurface(true);
+    terrain.setSurface(kSurfaceTriangles);
+    expectLikeOracle(terrain.cut(), rays, 4);  // along diagonals
+    terrain.setSurface(kSurfaceConstant);
     for (Ray& ray : rays) ray.x += 0.25, ray.y += 0.25;  // walls and posts coincide otherwise
     expectLikeOracle(terrain.cut(), rays);
 }
@@ -106,15 +108,17 @@ TEST(Tracer, BowlIsWatertight) {
         if (k % 5 == 0) dx = std::round(dx), dy = std::round(dy);
         rays.push_back({x, y, 300, dx, dy, uniform(random, -1, 0.05 * std::hypot(dx, dy)) - 1e-6});
     }
-    for (const bool constant : {false, true}) {
-        terrain.setConstantSurface(constant);
+    for (const SurfaceKind surface : test::kAllSurfaces) {
+        terrain.setSurface(surface);
         forEachTarget([&] {
             const std::vector<Hit> hits = trace(terrain.cut(), rays);
             EXPECT_EQ(std::count_if(hits.begin(), hits.end(), isHit),
                       static_cast<long>(rays.size()));
         });
     }
-    terrain.setConstantSurface(false);
+    terrain.setSurface(kSurfaceTriangles);
+    expectLikeOracle(terrain.cut(), rays);
+    terrain.setSurface(kSurfaceBilinear);
     expectLikeOracle(terrain.cut(), rays);
 }
 
@@ -157,8 +161,8 @@ TEST(Tracer, TheRectangleEndsAllRays) {
                         uniform(random, -80, 80)};
         rays.push_back(towards(eye, target));
     }
-    for (const bool constant : {false, true}) {
-        terrain.setConstantSurface(constant);
+    for (const SurfaceKind surface : test::kAllSurfaces) {
+        terrain.setSurface(surface);
         expectLikeOracle(cut, rays);
         const std::vector<Hit> hits = trace(cut, rays);
         std::vector<Ray> suns(hits.size(), Ray{0, 0, 0, 0, 0, 1});
@@ -178,7 +182,8 @@ TEST(Tracer, NothingToHit) {
     std::fill(none.z.begin(), none.z.end(), std::numeric_limits<float>::quiet_NaN());
     none.at(10, 10) = 5;  // a single post makes no cell
     for (const bool int16 : {false, true}) {
-        const TestCut terrain(none, CutChoice{int16, 1, false, [](int, int) { return 0; }});
+        const TestCut terrain(none,
+                              CutChoice{int16, 1, kSurfaceBilinear, [](int, int) { return 0; }});
         const std::vector<Ray> rays{
             {10, 10, 50, 0, 0, -1}, {0, 10, 5, 1, 0, 0}, {-5, -5, 9, 1, 1, -0.1}};
         forEachTarget([&] {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The tracer against the oracle on random rays: every SIMD target of the machine, both post
-// formats, both surfaces, first hits and shadows.
+// formats, all surfaces, first hits and shadows.
 #include "kernel/trace.h"
 
 #include <gtest/gtest.h>
@@ -66,14 +66,14 @@ TEST_P(RandomRays, HitLikeTheOracle) {
     const Terrain terrain = makeTerrain(GetParam());
     uint64_t seed = 100;
     for (const bool int16 : {false, true}) {
-        CutChoice choice{int16, terrain.zStep, false, [](int, int) { return 0; }};
+        CutChoice choice{int16, terrain.zStep, kSurfaceBilinear, [](int, int) { return 0; }};
         if (terrain.mixed)
             choice.mipOfTile = [](int x, int y) { return (x < 2) + (y < 2 && x < 2); };
         TestCut cut(terrain.heights, choice);
-        for (const bool constant : {false, true}) {
-            SCOPED_TRACE(::testing::Message() << (int16 ? "int16" : "float")
-                                              << (constant ? ", constant" : ", bilinear"));
-            cut.setConstantSurface(constant);
+        for (const SurfaceKind surface : test::kAllSurfaces) {
+            SCOPED_TRACE(::testing::Message()
+                         << (int16 ? "int16" : "float") << ", surface " << surface);
+            cut.setSurface(surface);
             const auto rays = randomRays(cut.cut(), terrain.rays / 2, terrain.scale, ++seed);
             const auto exact = expectLikeOracle(cut.cut(), rays);
             const auto hits = std::count_if(exact.begin(), exact.end(),
@@ -85,13 +85,13 @@ TEST_P(RandomRays, HitLikeTheOracle) {
 
 TEST_P(RandomRays, ShadowsLikeTheOracle) {
     const Terrain terrain = makeTerrain(GetParam());
-    CutChoice choice{true, terrain.zStep, false, [](int, int) { return 0; }};
+    CutChoice choice{true, terrain.zStep, kSurfaceBilinear, [](int, int) { return 0; }};
     if (terrain.mixed) choice.mipOfTile = [](int x, int y) { return x % 2 + (y < 2 && x < 2); };
     TestCut owner(terrain.heights, choice);
     const TerrainCut& cut = owner.cut();
-    for (const bool constant : {false, true}) {
-        SCOPED_TRACE(constant ? "constant" : "bilinear");
-        owner.setConstantSurface(constant);
+    for (const SurfaceKind surface : test::kAllSurfaces) {
+        SCOPED_TRACE(::testing::Message() << "surface " << surface);
+        owner.setSurface(surface);
         const auto views = randomRays(cut, terrain.rays / 3, terrain.scale, 200);
         const std::vector<Hit> hits = trace(cut, views);
         Random random(12);

@@ -37,7 +37,7 @@ double DeferredShader::heightOf(const Hit& hit, double px, double py) const {
 }
 
 Vec3 DeferredShader::normalOf(const Hit& hit, double px, double py) const {
-    if (cut_.constantSurface) {
+    if (cut_.surface == kSurfaceConstant) {
         if (!(hit.flags & kHitStrip)) return {0, 0, 1};
         return rays_.wallNormal(hit, rays_.camera().rayThrough(px, py).direction);
     }

@@ -99,8 +99,8 @@ Ground GroundSampler::at(const Hit& hit, double px, double py) const {
     ground.j = tile.y + (static_cast<double>(cellY(hit)) + static_cast<double>(hit.v)) * size;
     ground.distance = hit.t;
     const CellPosts posts = cellPosts(cut_, hit);
-    ground.height =
-        cut_.constantSurface ? posts.nearest(hit.u, hit.v) : posts.heightAt(hit.u, hit.v);
+    ground.height = cut_.surface == kSurfaceConstant ? posts.nearest(hit.u, hit.v)
+                                                     : posts.heightAt(hit.u, hit.v);
     const PixelRay ray = pixelRay(px, py, hit.t);
 
     // How wide to filter: the ground that a sample covers, seen against the drawn cell's own plane,
@@ -116,7 +116,7 @@ Ground GroundSampler::at(const Hit& hit, double px, double py) const {
 
     ground.gradient = worldGradient(lattice);
     ground.normal = pictureNormal(ground.gradient);
-    if (cut_.constantSurface) asBlock(hit, ray, px, py, ground);
+    if (cut_.surface == kSurfaceConstant) asBlock(hit, ray, px, py, ground);
     if (!withFeet_) return ground;
     ground.footX = onGround(ray, ground.normal, ray.right);
     ground.footY = onGround(ray, ground.normal, ray.down);

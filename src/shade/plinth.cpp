@@ -101,7 +101,7 @@ void Plinth::addTops(Face& face) {
                                       Vec2{0, 0}, last);
             const SurfaceCell cell = surfaceCellAt(cut_, p.x, p.y);
             if (cell.slot == kNoSlot) continue;
-            top = static_cast<float>(cell.height(cut_.constantSurface != 0));
+            top = static_cast<float>(cell.height(cut_.surface));
             break;
         }
         tops_.push_back(top);  // where there is none, as the one before

@@ -90,7 +90,7 @@ TEST(ShaderAov, NumbersAgreeWithTheSurface) {
 TEST(ShaderAov, ConstantCellsAreBlocksWithUprightWalls) {
     const FunctionSource source(120, 110, 10, hills);
     ShadeScene scene(source, cameraOver(source, 96, 64));
-    scene.cut = finestCut(*scene.terrain, true);
+    scene.cut = finestCut(*scene.terrain, kSurfaceConstant);
     const auto hits = scene.hits();
     const auto position = aovOf(scene, Aov::Position), normal = aovOf(scene, Aov::Normal);
     const auto height = aovOf(scene, Aov::Height), distance = aovOf(scene, Aov::Distance);

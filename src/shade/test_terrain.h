@@ -62,7 +62,7 @@ struct ShadeScene {
     ShadeScene(const FunctionSource& source, const Camera& camera, double exaggeration = 1,
                double bend = 0)
         : terrain(build(source)),
-          cut(finestCut(*terrain, false)),
+          cut(finestCut(*terrain, kSurfaceBilinear)),
           rays(camera, source.info().worldFromLattice, exaggeration, bend) {
         const double azimuth = radFromDeg(315), elevation = radFromDeg(28);
         settings.sun.towards = {std::sin(azimuth) * std::cos(elevation),

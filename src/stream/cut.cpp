@@ -22,7 +22,7 @@ struct Directory {
     std::vector<Square>& squares;
     std::vector<uint64_t>& tilesPerMip;
 
-    void start(bool constantSurface) {
+    void start(SurfaceKind surface) {
         cut.tiles = pool.tiles.data();
         cut.posts = pool.posts;
         cut.bounds = pool.bounds;
@@ -31,7 +31,7 @@ struct Directory {
         cut.hasHoles = 0;
         cut.rootLevel = pool.mips - 1;
         cut.format = static_cast<uint32_t>(pool.format);
-        cut.constantSurface = constantSurface ? 1 : 0;
+        cut.surface = surface;
         cut.tileCount = static_cast<uint32_t>(pool.tiles.size());
         cut.cellsX = static_cast<int32_t>(pool.scheme.columns - 1);
         cut.cellsY = static_cast<int32_t>(pool.scheme.rows - 1);
@@ -79,8 +79,8 @@ struct Directory {
         highestCode =
             std::max({highestCode, tile.boundsZ0, cut.format == 0 ? tile.z0 : highestCode});
         for (const BlockBounds& block : blocksOf(slot)) {
-            const float error =
-                block.errorToFinest + (cut.constantSurface != 0 ? 2 * block.cellRange : 0.0f);
+            const float error = block.errorToFinest +
+                                (cut.surface != kSurfaceBilinear ? 2 * block.cellRange : 0.0f);
             if ((tile.mipFlags & kTileMipMask) != 0) cut.maxError = std::max(cut.maxError, error);
         }
         return square;
@@ -139,11 +139,11 @@ bool tileServes(const Directory& directory, const Selector& selector, uint32_t s
 
 FrameCut selectCut(const ResidentTerrain& terrain, const Camera& camera,
                    const CutOptions& options) {
-    if (options.tolerancePx <= 0) return finestCut(terrain, options.constantSurface);
+    if (options.tolerancePx <= 0) return finestCut(terrain, options.surface);
     const ResidentTerrain::Pool& pool = terrain.pool();
     FrameCut frame;
     Directory directory{pool, frame.cut_, frame.squares_, frame.tilesPerMip_};
-    directory.start(options.constantSurface);
+    directory.start(options.surface);
     const Selector selector(pool.worldFromLattice, static_cast<double>(terrain.info().minZ), camera,
                             options);
     directory.finish(directory.fill(TileId{pool.mips - 1, 0, 0}, [&](uint32_t slot) {
@@ -152,10 +152,10 @@ FrameCut selectCut(const ResidentTerrain& terrain, const Camera& camera,
     return frame;
 }
 
-FrameCut finestCut(const ResidentTerrain& terrain, bool constantSurface) {
+FrameCut finestCut(const ResidentTerrain& terrain, SurfaceKind surface) {
     FrameCut frame;
     Directory directory{terrain.pool(), frame.cut_, frame.squares_, frame.tilesPerMip_};
-    directory.start(constantSurface);
+    directory.start(surface);
     directory.finish(
         directory.fill(TileId{terrain.pool().mips - 1, 0, 0}, [](uint32_t) { return false; }));
     return frame;

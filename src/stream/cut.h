@@ -22,7 +22,7 @@ struct CutOptions {
     double tolerancePx = 2.0 / 3.0;  ///< 0: mip 0 everywhere
     double exaggeration = 1;         ///< camera is in picture space
     double bend = 0;                 ///< c of the surface's bent rays
-    bool constantSurface = false;
+    SurfaceKind surface = kSurfaceBilinear;
     std::optional<SunBound> sun;  ///< receiver-based bound for what casts shadows
 };
 
@@ -39,7 +39,7 @@ public:
 
 private:
     friend FrameCut selectCut(const ResidentTerrain&, const Camera&, const CutOptions&);
-    friend FrameCut finestCut(const ResidentTerrain&, bool);
+    friend FrameCut finestCut(const ResidentTerrain&, SurfaceKind);
     std::vector<Square> squares_;
     std::vector<uint64_t> tilesPerMip_;
     TerrainCut cut_;
@@ -50,6 +50,6 @@ private:
 FrameCut selectCut(const ResidentTerrain& terrain, const Camera& camera, const CutOptions& options);
 
 /// Mip 0 everywhere: queries, tests.
-FrameCut finestCut(const ResidentTerrain& terrain, bool constantSurface);
+FrameCut finestCut(const ResidentTerrain& terrain, SurfaceKind surface);
 
 }  // namespace terray

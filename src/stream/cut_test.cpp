@@ -164,7 +164,7 @@ TEST(SelectCut, ExaggerationConstantCellsAndShadowsAskForMoreDetail) {
     EXPECT_LT(plain, 32u);
 
     CutOptions constant = options;
-    constant.constantSurface = true;
+    constant.surface = kSurfaceConstant;
     EXPECT_GT(finestTiles(*terrain, camera, constant), plain);
 
     CutOptions shadows = options;

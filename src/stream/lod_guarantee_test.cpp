@@ -35,7 +35,7 @@ struct Subject {
     std::vector<std::pair<int64_t, int64_t>> rims;
 
     explicit Subject(const HeightSource& source)
-        : terrain(test::built(source)), finest(finestCut(*terrain, false)) {
+        : terrain(test::built(source)), finest(finestCut(*terrain, kSurfaceBilinear)) {
         const TilingScheme& scheme = terrain->info().scheme;
         for (int64_t j = 0; j < scheme.rows; ++j) {
             for (int64_t i = 0; i < scheme.columns; ++i) {

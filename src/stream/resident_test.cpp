@@ -25,7 +25,7 @@ bool same(float a, float b) { return a == b || (std::isnan(a) && std::isnan(b));
 class Posts {
 public:
     explicit Posts(const ResidentTerrain& terrain)
-        : terrain_(terrain), frame_(finestCut(terrain, false)) {}
+        : terrain_(terrain), frame_(finestCut(terrain, kSurfaceBilinear)) {}
     const TerrainCut& cut() const { return frame_.cut(); }
     float inTile(TileId id, int i, int j) const {
         return postHeight(cut(), cut().tiles[terrain_.slotOf(id)], i, j);
@@ -240,7 +240,7 @@ TEST(ResidentTerrain, AllHolesIsATerrainWithNothingToHit) {
         const ArraySource source(700, 520, format, [](int64_t, int64_t) { return kNaN; });
         const auto terrain = built(source);
         ASSERT_NE(terrain, nullptr);
-        const FrameCut cut = finestCut(*terrain, false);
+        const FrameCut cut = finestCut(*terrain, kSurfaceBilinear);
         EXPECT_EQ(cut.cut().squares[cut.cut().levels[cut.cut().rootLevel].offset].state,
                   kSquareEmpty);
         EXPECT_EQ(surfaceCellAt(cut.cut(), 100, 100).slot, kNoSlot);

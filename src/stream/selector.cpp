@@ -36,7 +36,7 @@ Selector::Selector(const Affine2& worldFromLattice, double minZ, const Camera& c
       allowedShadow_(options.tolerancePx),
       exaggeration_(options.exaggeration),
       bend_(options.bend),
-      constant_(options.constantSurface) {
+      bilinear_(options.surface == kSurfaceBilinear) {
     if (!options.sun) return;
     const Vec3 sun = glm::normalize(options.sun->towardsSun);
     const double cosine = std::hypot(sun.x, sun.y);
@@ -64,7 +64,7 @@ Selector::Heights Selector::pictureHeights(const BlockBounds& block, double erro
 bool Selector::serves(const BlockBounds& block, const LatticeBox& box) const {
     double error = static_cast<double>(block.errorToFinest);
     // Nearest posts: each surface strays from its bilinear one by at most the range of a cell.
-    if (constant_) error += 2 * static_cast<double>(block.cellRange);
+    if (!bilinear_) error += 2 * static_cast<double>(block.cellRange);
     // A rim that stands elsewhere on the ground stands higher or lower too.
     const double rim = static_cast<double>(block.coverageError) *
                        std::hypot(1.0, exaggeration_ * static_cast<double>(block.maxSlope));

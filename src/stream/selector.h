@@ -50,7 +50,7 @@ private:
     double pixelsPerMetre_;           ///< ortho; else 0
     double allowed_, allowedShadow_;  ///< pixels
     double exaggeration_, bend_;
-    bool constant_;
+    bool bilinear_;
     std::optional<Shadows> shadows_;
 };
 

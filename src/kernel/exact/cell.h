@@ -56,6 +56,26 @@ inline double bilinear(const Cell& c, double u, double v) {
            v * ((c.h01 - c.h00) + u * ((c.h11 - c.h01) - (c.h10 - c.h00)));
 }
 
+/// Height on the two triangles of a cell; at the edges exact, as bilinear.
+inline double triangular(const Cell& c, double u, double v) {
+    if (u == 0.0 || u == 1.0 || v == 0.0 || v == 1.0) return bilinear(c, u, v);
+    if (u + v <= 1.0) return c.h00 + (c.h10 - c.h00) * u + (c.h01 - c.h00) * v;
+    return c.h11 + (c.h01 - c.h11) * (1.0 - u) + (c.h10 - c.h11) * (1.0 - v);
+}
+
+/// Slope of one of a cell's two triangles along a ray, metres per t.
+inline double triangleSlope(const Cell& c, const CellRay& r, bool upper) {
+    return upper ? (c.h11 - c.h01) * r.dx + (c.h11 - c.h10) * r.dy
+                 : (c.h10 - c.h00) * r.dx + (c.h01 - c.h00) * r.dy;
+}
+
+/// t at which a ray crosses the cell's diagonal u + v = 1; infinite if it runs along it.
+inline double diagonalTime(const Cell& c, const CellRay& r) {
+    const double across = r.dx + r.dy;
+    const double ahead = (static_cast<double>(c.x) - r.x) + (static_cast<double>(c.y) - r.y) + 1.0;
+    return across != 0.0 ? ahead / across : std::numeric_limits<double>::infinity();
+}
+
 /// f(t0 + s) = f0 + f1 s + f2 s^2: ray height less bilinear surface height along the ray.
 struct Quadratic {
     double f0, f1, f2;

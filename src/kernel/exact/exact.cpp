@@ -62,6 +62,15 @@ private:
     bool testCell(uint32_t slot, int64_t x, int64_t y, double tEnd);
     bool testBilinear(const Cell& cell, double tEnd);
     bool testConstant(const Cell& cell, double tEnd);
+    bool testTriangles(const Cell& cell, double tEnd);
+    bool testRest(const Cell& cell, double tEnd) {
+        return cut_.surface == kSurfaceConstant ? testConstant(cell, tEnd)
+                                                : testTriangles(cell, tEnd);
+    }
+    double heightIn(const Cell& cell, double u, double v) const {
+        if (cut_.surface == kSurfaceConstant) return quadrantHeight(cell, u, v);
+        return cut_.surface == kSurfaceTriangles ? triangular(cell, u, v) : bilinear(cell, u, v);
+    }
     bool testBorder(const DrawnSquare& before, const DrawnSquare& here);
     void advance(const Block& block, int mip, const Exit& exit);
     double signedHeight(uint32_t slot, double t, int64_t i, int64_t j) const;
@@ -206,13 +215,51 @@ bool Walker::testConstant(const Cell& cell, double tEnd) {
     return false;
 }
 
+/// Two planes: up to two parts in the order of the ray, with one height where they meet.
+bool Walker::testTriangles(const Cell& cell, double tEnd) {
+    const CellRay r = cellRay(ray_, cell.mip);
+    const auto placeU = [&](double t) {
+        return std::clamp(r.x + r.dx * t - static_cast<double>(cell.x), 0.0, 1.0);
+    };
+    const auto placeV = [&](double t) {
+        return std::clamp(r.y + r.dy * t - static_cast<double>(cell.y), 0.0, 1.0);
+    };
+    const double cuts[3] = {t_, std::clamp(diagonalTime(cell, r), t_, tEnd), tEnd};
+    const bool meets = cuts[1] > cuts[0] && cuts[1] < cuts[2];
+    const double v1 = placeV(cuts[1]);
+    const double onDiagonal = cell.h10 + (cell.h01 - cell.h10) * v1;
+    const auto f = [&](double t) {
+        return rayHeight(ray_, t) - triangular(cell, placeU(t), placeV(t));
+    };
+    double f0 = f(cuts[0]);
+    if (carried_ != 0.0 && f0 != 0.0 && (carried_ > 0.0) != (f0 > 0.0)) {
+        record(cell, t_, carried_ < 0.0, false);  // the edge itself is where the sign changed
+        return true;
+    }
+    for (int k = meets ? 0 : 1; k < 2; ++k) {
+        const double from = meets ? cuts[k] : cuts[0], to = cuts[k + 1];
+        const double mid = 0.5 * (from + to);
+        const double slope = triangleSlope(cell, r, placeU(mid) + placeV(mid) > 1.0);
+        const double f1 = k == 0 ? rayHeight(ray_, to) - onDiagonal : f(to);
+        const Quadratic q{f0, ray_.dz + 2.0 * ray_.bend * from - slope, ray_.bend};
+        if (const auto s = firstRoot(q, to - from, f1)) {
+            const bool below =
+                f0 != 0.0 ? f0 < 0.0 : (carried_ != 0.0 ? carried_ < 0.0 : q.f1 > 0.0);
+            record(cell, from + *s, below, false);
+            return true;
+        }
+        carried_ = f0 = f1;
+    }
+    return false;
+}
+
 bool Walker::testCell(uint32_t slot, int64_t x, int64_t y, double tEnd) {
     const Cell cell = loadCell(cut_, slot, x, y);
     if (!cell.valid) {
         carried_ = 0.0;
         return false;
     }
-    return cut_.constantSurface != 0 ? testConstant(cell, tEnd) : testBilinear(cell, tEnd);
+    return cut_.surface == kSurfaceBilinear ? testBilinear(cell, tEnd) : testRest(cell, tEnd);
 }
 
 /// f at time t in the cell of a tile that holds the mip-0 cell (i, j); 0 in a hole.
@@ -223,8 +270,7 @@ double Walker::signedHeight(uint32_t slot, double t, int64_t i, int64_t j) const
     const CellRay r = cellRay(ray_, mip);
     const double u = std::clamp(r.x + r.dx * t - static_cast<double>(cell.x), 0.0, 1.0);
     const double v = std::clamp(r.y + r.dy * t - static_cast<double>(cell.y), 0.0, 1.0);
-    return rayHeight(ray_, t) -
-           (cut_.constantSurface != 0 ? quadrantHeight(cell, u, v) : bilinear(cell, u, v));
+    return rayHeight(ray_, t) - heightIn(cell, u, v);
 }
 
 /// The vertical strip where tiles of unlike mips meet.
@@ -318,10 +364,17 @@ bool Walker::leavesSheet(Cell cell, double u, double v, double side) {
         Quadratic q = cellQuadratic(cell, ray_, 0.0, u, v);
         Exit exit = exitOf({cell.x, cell.y, 1}, cell.mip);
         double tCell = exit.t;
-        if (cut_.constantSurface != 0) {
+        if (cut_.surface == kSurfaceConstant) {
             q.f1 = ray_.dz;
             q.f2 = ray_.bend;
             tCell = std::min(tCell, quadrantExit(cell, u, v));
+        } else if (cut_.surface == kSurfaceTriangles) {
+            const CellRay r = cellRay(ray_, cell.mip);
+            const bool upper = u + v > 1.0 || (u + v == 1.0 && r.dx + r.dy > 0.0);
+            const double meets = (1.0 - u - v) / (r.dx + r.dy);
+            q.f1 = ray_.dz - triangleSlope(cell, r, upper);
+            q.f2 = ray_.bend;
+            if (meets > 0.0) tCell = std::min(tCell, meets);
         }
         const double length = std::min(tCell, tEnd_);
         if (side * q.f1 < 0.0 || (q.f1 == 0.0 && side * q.f2 <= 0.0)) return true;
@@ -330,7 +383,7 @@ bool Walker::leavesSheet(Cell cell, double u, double v, double side) {
         if (length >= tEnd_) return false;
         carried_ = length > 0.0 ? side * f * length : side;
         t_ = tCell;
-        if (tCell < exit.t && testConstant(cell, std::min(exit.t, tEnd_))) return true;
+        if (tCell < exit.t && testRest(cell, std::min(exit.t, tEnd_))) return true;
         advance({cell.x, cell.y, 1}, cell.mip, exit);
         if (i_ < 0 || j_ < 0 || i_ >= cut_.cellsX || j_ >= cut_.cellsY) return false;
         if (length > 0.0) return run();
@@ -342,8 +395,7 @@ bool Walker::leavesSheet(Cell cell, double u, double v, double side) {
         const CellRay r = cellRay(ray_, cell.mip);
         u = std::clamp(r.x - static_cast<double>(cell.x), 0.0, 1.0);
         v = std::clamp(r.y - static_cast<double>(cell.y), 0.0, 1.0);
-        const double height =
-            cut_.constantSurface != 0 ? quadrantHeight(cell, u, v) : bilinear(cell, u, v);
+        const double height = heightIn(cell, u, v);
         if (height != ray_.z) return side * (ray_.z - height) < 0.0 || run();
     }
 }
@@ -381,7 +433,8 @@ bool Walker::leavesQuadrantWall(const Hit& start, const Cell& cell, bool wallX, 
 /// A shadow ray from a wall or strip: free only on the side from which the wall was seen.
 bool Walker::leavesWall(const Hit& start, const Cell& cell) {
     const auto onHalf = [this](float place) {
-        return cut_.constantSurface != 0 && (place == 0.5f || place == std::nextafter(0.5f, 0.0f));
+        return cut_.surface == kSurfaceConstant &&
+               (place == 0.5f || place == std::nextafter(0.5f, 0.0f));
     };
     const auto onRim = [](float place) { return place == 0.0f || place == 1.0f; };
     const bool halfX = onHalf(start.u), halfY = onHalf(start.v);
@@ -420,43 +473,6 @@ bool Walker::walkFrom(const Hit& start) {
 }
 
 }  // namespace
-
-Clip clipRay(const TerrainCut& cut, const Ray& ray) {
-    Clip clip{ray.tMin, ray.tMax};
-    const auto slab = [&clip](double origin, double step, double size) {
-        if (step == 0.0) {
-            if (origin < 0.0 || origin > size) clip.end = -1.0;
-            return;
-        }
-        const double a = -origin / step, b = (size - origin) / step;
-        clip.begin = std::max(clip.begin, std::min(a, b));
-        clip.end = std::min(clip.end, std::max(a, b));
-    };
-    slab(ray.x, ray.dx, cut.cellsX);
-    slab(ray.y, ray.dy, cut.cellsY);
-    if (clip.end < clip.begin) return {0.0, -1.0};
-    // The part below the highest thing drawn: an interval, since the ray is a convex parabola or a
-    // line.
-    const double slack =
-        1e-6 + 1e-9 * (std::fabs(ray.z) + std::fabs(static_cast<double>(cut.maxZ)));
-    const double c = ray.z - (static_cast<double>(cut.maxZ) + slack);
-    if (ray.bend > 0.0) {
-        const double disc = ray.dz * ray.dz - 4.0 * ray.bend * c;
-        if (disc < 0.0) return {0.0, -1.0};
-        const double k = -0.5 * (ray.dz + std::copysign(std::sqrt(disc), ray.dz));
-        const double r1 = k / ray.bend, r2 = k != 0.0 ? c / k : 0.0;
-        clip.begin = std::max(clip.begin, std::min(r1, r2));
-        clip.end = std::min(clip.end, std::max(r1, r2));
-    } else if (ray.dz < 0.0) {
-        clip.begin = std::max(clip.begin, -c / ray.dz);
-    } else if (ray.dz > 0.0) {
-        clip.end = std::min(clip.end, -c / ray.dz);
-    } else if (c > 0.0) {
-        return {0.0, -1.0};
-    }
-    if (clip.end < clip.begin) return {0.0, -1.0};
-    return clip;
-}
 
 Hit firstHit(const TerrainCut& cut, const Ray& ray) { return Walker(cut, ray).walk(); }
 

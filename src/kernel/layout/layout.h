@@ -83,6 +83,13 @@ struct DirectoryLevel {
     uint32_t columns, rows;
 };
 
+/// What lies between the posts of a cell.
+enum SurfaceKind : uint32_t {
+    kSurfaceBilinear = 0,
+    kSurfaceConstant = 1,   ///< the height of the nearest post, with walls
+    kSurfaceTriangles = 2,  ///< two planes, split from post (1, 0) to post (0, 1); for comparisons
+};
+
 /// All a kernel needs to trace a frame. Pointers are borrowed from the pool (stream/) for the
 /// frame.
 struct TerrainCut {
@@ -94,7 +101,7 @@ struct TerrainCut {
     DirectoryLevel levels[kMaxLevels] = {};
     int32_t rootLevel = 0;         ///< the directory's coarsest level: one square
     uint32_t format = 0;           ///< PostFormat
-    uint32_t constantSurface = 0;  ///< 1: the height of the nearest post instead of bilinear cells
+    SurfaceKind surface = kSurfaceBilinear;
     uint32_t tileCount = 0;
     int32_t cellsX = 0, cellsY = 0;  ///< true size of mip 0 in cells; rays are clipped to it
     float minZ = 0, maxZ = 0;        ///< of everything drawn, rounded outwards

@@ -30,7 +30,10 @@ double approachSpeed(const TerrainCut& cut, const Ray& ray, const ExactHit& exac
     const double size = std::ldexp(1.0, hit.mip);
     double rise = ((h10 - h00) * (1 - v) + (h11 - h01) * v) / size * ray.dx +
                   ((h01 - h00) * (1 - u) + (h11 - h10) * u) / size * ray.dy;
-    if (cut.constantSurface != 0) rise = 0;
+    if (cut.surface == kSurfaceTriangles)
+        rise = u + v <= 1 ? ((h10 - h00) * ray.dx + (h01 - h00) * ray.dy) / size
+                          : ((h11 - h01) * ray.dx + (h11 - h10) * ray.dy) / size;
+    if (cut.surface == kSurfaceConstant) rise = 0;
     return std::abs(ray.dz + 2 * ray.bend * exact.t - rise);
 }
 

@@ -15,11 +15,12 @@ struct Place {
     double t, x, y;
 };
 
-/// A square with one bilinear surface: a cell, or a quadrant of a cell of the constant surface. Or
-/// a square without a surface: a hole, or an empty part of the directory.
+/// A square with one bilinear surface: a cell, or a quadrant of a cell of the constant surface; or
+/// with two triangles. Or a square without a surface: a hole, or an empty part of the directory.
 struct Patch {
     int64_t x = 0, y = 0, size = 0;             // half cells of mip 0
     bool valid = false;                         // has a surface
+    bool split = false;                         // two planes, on either side of u + v = 1
     double h00 = 0, h10 = 0, h01 = 0, h11 = 0;  // corners (x, y), (x+1, y), (x, y+1), (x+1, y+1)
     uint32_t slot = kNoSlot, mip = 0, cell = 0;
     int quadrantX = 0, quadrantY = 0;
@@ -38,11 +39,22 @@ double localY(const Patch& p, double y) {
 /// Height of a patch. On an edge only the two posts of that edge count: both sides agree to the
 /// last bit.
 double heightAt(const Patch& p, const Place& place) {
-    const double u = localX(p, place.x);
-    return lerp(lerp(p.h00, p.h10, u), lerp(p.h01, p.h11, u), localY(p, place.y));
+    const double u = localX(p, place.x), v = localY(p, place.y);
+    const bool inside = u > 0 && u < 1 && v > 0 && v < 1;
+    if (p.split && inside) {
+        if (u + v <= 1) return p.h00 + (p.h10 - p.h00) * u + (p.h01 - p.h00) * v;
+        return p.h11 + (p.h01 - p.h11) * (1 - u) + (p.h10 - p.h11) * (1 - v);
+    }
+    return lerp(lerp(p.h00, p.h10, u), lerp(p.h01, p.h11, u), v);
 }
 
-double twist(const Patch& p) { return (p.h00 - p.h10) + (p.h11 - p.h01); }
+/// Height at a place on the diagonal of a split patch: both of its triangles agree.
+double heightOnDiagonal(const Patch& p, const Place& place) {
+    return lerp(p.h10, p.h01, localY(p, place.y));
+}
+
+/// The coefficient of u v.
+double twist(const Patch& p) { return p.split ? 0 : (p.h00 - p.h10) + (p.h11 - p.h01); }
 
 /// Fills the surface of one cell (of one quadrant of it) of a tile.
 Patch patchOfCell(const TerrainCut& cut, uint32_t slot, int i, int j, int quadrantX,
@@ -61,7 +73,8 @@ Patch patchOfCell(const TerrainCut& cut, uint32_t slot, int i, int j, int quadra
     p.h11 = post(cut, slot, i + 1, j + 1);
     p.valid = std::isfinite(p.h00) && std::isfinite(p.h10) && std::isfinite(p.h01) &&
               std::isfinite(p.h11);
-    if (cut.constantSurface != 0) {
+    p.split = cut.surface == kSurfaceTriangles;
+    if (cut.surface == kSurfaceConstant) {
         p.size /= 2;
         p.x += quadrantX * p.size;
         p.y += quadrantY * p.size;
@@ -166,6 +179,11 @@ private:
     Exit exitOf(const Patch& patch, const Place& in) const;
     std::optional<Patch> nextPatch(const Patch& patch, const Exit& exit) const;
     ExactHit hitAt(const Patch& patch, double t, double u, double v, int flags) const;
+    std::optional<Place> diagonalPlace(const Patch& patch, const Place& in, const Place& out) const;
+    std::optional<ExactHit> cross(const Patch& patch, const Place& in, const Place& out, double h0,
+                                  double h1, Before& before) const;
+    std::optional<ExactHit> crossPatch(const Patch& patch, const Place& in, const Place& out,
+                                       Before& before) const;
 
     const TerrainCut& cut_;
     Ray ray_;  // half cells
@@ -247,7 +265,7 @@ ExactHit Walk::hitAt(const Patch& patch, double t, double u, double v, int flags
     hit.flags = static_cast<uint8_t>(kHitValid | flags);
     hit.u = static_cast<float>(u);
     hit.v = static_cast<float>(v);
-    if (cut_.constantSurface != 0) {
+    if (cut_.surface == kSurfaceConstant) {
         const float belowHalf = std::nextafter(0.5f, 0.0f);
         hit.u = static_cast<float>((patch.quadrantX + u) / 2);
         hit.v = static_cast<float>((patch.quadrantY + v) / 2);
@@ -257,6 +275,50 @@ ExactHit Walk::hitAt(const Patch& patch, double t, double u, double v, int flags
     return exact;
 }
 
+/// Where a ray crosses the diagonal of a split patch on its way from `in` to `out`, if inside.
+std::optional<Place> Walk::diagonalPlace(const Patch& patch, const Place& in,
+                                         const Place& out) const {
+    if (!patch.split) return std::nullopt;
+    const double before = localX(patch, in.x) + localY(patch, in.y) - 1;
+    const double after = localX(patch, out.x) + localY(patch, out.y) - 1;
+    if (!((before < 0 && after > 0) || (before > 0 && after < 0))) return std::nullopt;
+    const double s = before / (before - after);
+    return Place{lerp(in.t, out.t, s), lerp(in.x, out.x, s), lerp(in.y, out.y, s)};
+}
+
+/// From `in` to `out` within a patch, where the surface along the ray is one quadratic with the
+/// heights h0 and h1 at its ends.
+std::optional<ExactHit> Walk::cross(const Patch& patch, const Place& in, const Place& out,
+                                    double h0, double h1, Before& before) const {
+    const double u0 = localX(patch, in.x), u1 = localX(patch, out.x);
+    const double v0 = localY(patch, in.y), v1 = localY(patch, out.y);
+    double f0 = heightOfRay(in.t) - h0;
+    const double f1 = heightOfRay(out.t) - h1;
+    if (before.height == h0) f0 = before.f;
+    if (f0 != 0 && before.f != 0 && (f0 < 0) != (before.f < 0))
+        return hitAt(patch, in.t, u0, v0, kHitStrip | (before.f < 0 ? kHitFromBelow : 0));
+    const double length = out.t - in.t;
+    const double a = ray_.bend * length * length - twist(patch) * (u1 - u0) * (v1 - v0);
+    if (const auto s = firstZero(f0, f1, a)) {
+        const bool fromBelow = (f0 != 0 ? f0 : before.f) < 0;
+        return hitAt(patch, in.t + *s * length, lerp(u0, u1, *s), lerp(v0, v1, *s),
+                     fromBelow ? kHitFromBelow : 0);
+    }
+    before = Before{f1, h1};
+    return std::nullopt;
+}
+
+/// The whole way through a patch that has a surface: in one part or, over a diagonal, in two.
+std::optional<ExactHit> Walk::crossPatch(const Patch& patch, const Place& in, const Place& out,
+                                         Before& before) const {
+    const double h0 = heightAt(patch, in), h1 = heightAt(patch, out);
+    const auto middle = diagonalPlace(patch, in, out);
+    if (!middle) return cross(patch, in, out, h0, h1, before);
+    const double height = heightOnDiagonal(patch, *middle);
+    if (const auto hit = cross(patch, in, *middle, h0, height, before)) return hit;
+    return cross(patch, *middle, out, height, h1, before);
+}
+
 /// Walks from `in`, on the border of or inside `patch`, to the first hit.
 ExactHit Walk::follow(Patch patch, Place in, Before before) {
     for (;;) {
@@ -264,22 +326,7 @@ ExactHit Walk::follow(Patch patch, Place in, Before before) {
         const Exit exit = exitOf(patch, in);
         const Place& out = exit.place;
         if (patch.valid) {
-            const double u0 = localX(patch, in.x), u1 = localX(patch, out.x);
-            const double v0 = localY(patch, in.y), v1 = localY(patch, out.y);
-            const double h0 = heightAt(patch, in), h1 = heightAt(patch, out);
-            double f0 = heightOfRay(in.t) - h0;
-            const double f1 = heightOfRay(out.t) - h1;
-            if (before.height == h0) f0 = before.f;
-            if (f0 != 0 && before.f != 0 && (f0 < 0) != (before.f < 0))
-                return hitAt(patch, in.t, u0, v0, kHitStrip | (before.f < 0 ? kHitFromBelow : 0));
-            const double length = out.t - in.t;
-            const double a = ray_.bend * length * length - twist(patch) * (u1 - u0) * (v1 - v0);
-            if (const auto s = firstZero(f0, f1, a)) {
-                const bool fromBelow = (f0 != 0 ? f0 : before.f) < 0;
-                return hitAt(patch, in.t + *s * length, lerp(u0, u1, *s), lerp(v0, v1, *s),
-                             fromBelow ? kHitFromBelow : 0);
-            }
-            before = Before{f1, h1};
+            if (const auto hit = crossPatch(patch, in, out, before)) return *hit;
         } else {
             before = Before{};
         }
@@ -307,15 +354,27 @@ bool Walk::occludedOnSheet(Patch patch, bool fromBelow) {
         const double u = localX(patch, start.x), v = localY(patch, start.y);
         const double du = ray_.dx / static_cast<double>(patch.size);
         const double dv = ray_.dy / static_cast<double>(patch.size);
-        const double rise = lerp(patch.h10 - patch.h00, patch.h11 - patch.h01, v) * du +
-                            lerp(patch.h01 - patch.h00, patch.h11 - patch.h10, u) * dv;
+        // A split patch has the slopes of an edge of the triangle that the ray starts into.
+        const bool upper = u + v > 1 || (u + v == 1 && du + dv > 0);
+        const double edgeV = patch.split ? (upper ? 1 : 0) : v;
+        const double edgeU = patch.split ? (upper ? 1 : 0) : u;
+        const double rise = lerp(patch.h10 - patch.h00, patch.h11 - patch.h01, edgeV) * du +
+                            lerp(patch.h01 - patch.h00, patch.h11 - patch.h10, edgeU) * dv;
         const double f1 = side * (ray_.dz - rise);
         const double f2 = side * (ray_.bend - twist(patch) * du * dv);
         if (f1 < 0 || (f1 == 0 && f2 <= 0)) return true;
         const Exit exit = exitOf(patch, start);
-        const double length = exit.place.t;
-        const double f = length * (f1 + f2 * length);
+        const auto middle = diagonalPlace(patch, start, exit.place);
+        const double length = middle ? middle->t : exit.place.t;
+        double f = length * (f1 + f2 * length);
         if (length > 0 && f <= 0) return true;
+        if (middle) {
+            Before before{side * f, heightOnDiagonal(patch, *middle)};
+            if (cross(patch, *middle, exit.place, before.height, heightAt(patch, exit.place),
+                      before))
+                return true;
+            f = side * before.f;
+        }
         if (exit.last) return false;
         const auto next = nextPatch(patch, exit);
         if (!next) return false;
@@ -336,9 +395,9 @@ bool Walk::occludedOnWall(const Hit& hit, const Patch& patch) {
     const bool fromBelow = (hit.flags & kHitFromBelow) != 0;
     // Place on the border of the patch, 0 or 1 in its own coordinates; else inside.
     const auto onBorder = [&](float place, int quadrant) -> std::optional<int> {
-        const float first = cut_.constantSurface != 0 && quadrant == 1 ? 0.5f : 0.0f;
-        const float last =
-            cut_.constantSurface != 0 && quadrant == 0 ? std::nextafter(0.5f, 0.0f) : 1.0f;
+        const bool constant = cut_.surface == kSurfaceConstant;
+        const float first = constant && quadrant == 1 ? 0.5f : 0.0f;
+        const float last = constant && quadrant == 0 ? std::nextafter(0.5f, 0.0f) : 1.0f;
         if (place == first) return 0;
         return place == last ? std::optional(1) : std::nullopt;
     };

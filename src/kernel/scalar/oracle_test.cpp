@@ -46,6 +46,16 @@ double sampleSurface(const Heights& h, double x, double y) {
            u * v * static_cast<double>(h.at(i + 1, j + 1));
 }
 
+/// The same of the two triangles.
+double sampleTriangles(const Heights& h, double x, double y) {
+    const int i = std::min(static_cast<int>(x), h.columns - 2);
+    const int j = std::min(static_cast<int>(y), h.rows - 2);
+    const double u = x - i, v = y - j;
+    const double a = static_cast<double>(h.at(i + 1, j)), b = static_cast<double>(h.at(i, j + 1));
+    if (u + v <= 1) return (1 - u - v) * static_cast<double>(h.at(i, j)) + u * a + v * b;
+    return (u + v - 1) * static_cast<double>(h.at(i + 1, j + 1)) + (1 - v) * a + (1 - u) * b;
+}
+
 TEST(Oracle, PlaneIsHitWhereTheFormulaSays) {
     const TestCut terrain(Heights(33, 21, [](int i, int j) { return 3 + 0.5 * i - 0.25 * j; }));
     std::mt19937_64 random(1);
@@ -166,9 +176,62 @@ TEST(Oracle, StripBetweenUnlikeMipsIsASurface) {
     EXPECT_FALSE(isHit(firstHit(terrain.cut(), Ray{1000, 20, 5.1, 1, 0, 0}).hit));
 }
 
+TEST(Oracle, TrianglesMeetOnTheDiagonal) {
+    CutChoice choice;
+    choice.surface = kSurfaceTriangles;
+    // Posts 0 but for 8 at (1, 1): level below the diagonal, 8 (u + v - 1) above it.
+    const TestCut corner(Heights(2, 2, [](int i, int j) { return i == 1 && j == 1 ? 8.0 : 0.0; }),
+                         choice);
+    std::mt19937_64 random(7);
+    for (int k = 0; k < 500; ++k) {
+        const double x = uniform(random, 0, 1), y = uniform(random, 0, 1);
+        const double z = 8 * std::max(x + y - 1, 0.0);
+        EXPECT_NEAR(firstHit(corner.cut(), Ray{x, y, 20, 0, 0, -1}).t, 20 - z, 1e-9);
+    }
+    EXPECT_NEAR(firstHit(corner.cut(), Ray{-1, -1, 4, 1, 1, 0}).t, 1.75, 1e-12);
+    EXPECT_EQ(firstHit(corner.cut(), Ray{2, 2, 4, -1, -1, 0}).hit.flags, kHitValid | kHitFromBelow);
+    // A ridge along the diagonal, a valley along the diagonal.
+    const TestCut ridge(Heights(2, 2, [](int i, int j) { return i != j ? 6.0 : 0.0; }), choice);
+    EXPECT_NEAR(firstHit(ridge.cut(), Ray{0, 0, 5, 1, 1, 0}).t, 5.0 / 12, 1e-12);
+    EXPECT_TRUE(isHit(firstHit(ridge.cut(), Ray{0, 0, 6 - 1e-9, 1, 1, 0}).hit));
+    EXPECT_FALSE(isHit(firstHit(ridge.cut(), Ray{0, 0, 6 + 1e-9, 1, 1, 0}).hit));
+    const TestCut valley(Heights(2, 2, [](int i, int j) { return i == j ? 6.0 : 0.0; }), choice);
+    EXPECT_NEAR(firstHit(valley.cut(), Ray{0, 0, 9, 1, 1, -8}).t, 0.75, 1e-12);
+    EXPECT_NEAR(firstHit(valley.cut(), Ray{0.5, 0.5, 9, 0, 0, -1}).t, 9, 1e-12);
+    const Ray bent{0, 0, 6.5, 1, 1, -14, 14};  // below the rim, above the valley
+    EXPECT_FALSE(isHit(firstHit(valley.cut(), bent).hit));
+}
+
+TEST(Oracle, TrianglesAgreeWithDenseSampling) {
+    const Heights rough = test::roughTerrain(17, 17, 20, 5);
+    CutChoice choice;
+    choice.surface = kSurfaceTriangles;
+    const TestCut terrain(rough, choice);
+    std::mt19937_64 random(3);
+    for (int k = 0; k < 100; ++k) {
+        Ray ray = towards(uniform(random, 0, 16), uniform(random, 0, 16), uniform(random, 5, 60),
+                          uniform(random, 0, 16), uniform(random, 0, 16), uniform(random, -5, 15));
+        ray.bend = k % 3 == 0 ? 0.02 * (ray.dx * ray.dx + ray.dy * ray.dy) : 0;
+        const auto f = [&](double t) {
+            return heightOfRay(ray, t) -
+                   sampleTriangles(rough, ray.x + ray.dx * t, ray.y + ray.dy * t);
+        };
+        const ExactHit hit = firstHit(terrain.cut(), ray);
+        const double end = isHit(hit.hit) ? hit.t - 1e-6 : 200;
+        for (double t = 0; t < end; t += 1e-3) {  // nothing before
+            const double x = ray.x + ray.dx * t, y = ray.y + ray.dy * t;
+            if (x < 0 || y < 0 || x > 16 || y > 16) break;
+            ASSERT_GT(f(t) * f(0), 0) << k;
+        }
+        if (isHit(hit.hit)) {
+            EXPECT_NEAR(f(hit.t), 0, 1e-9);
+        }
+    }
+}
+
 TEST(Oracle, ConstantSurfaceHasLevelQuadrantsAndWalls) {
     CutChoice choice;
-    choice.constantSurface = true;
+    choice.surface = kSurfaceConstant;
     const TestCut terrain(Heights(3, 3, [](int i, int) { return i * 10; }), choice);
     ExactHit hit = firstHit(terrain.cut(), Ray{-1, 0.7, 5, 1, 0, 0});
     EXPECT_DOUBLE_EQ(hit.t, 1.5);
@@ -291,9 +354,25 @@ TEST(OracleShadow, SecondRootInTheCellAndLaterCellsBlock) {
     EXPECT_FALSE(shadowed(ridge, Ray{2.5, 3, 9, 0, 0, -1}, 1, 0, 2.9));
 }
 
+TEST(OracleShadow, TheOtherTriangleOfTheCellBlocks) {
+    CutChoice choice;
+    choice.surface = kSurfaceTriangles;
+    const TestCut corner(Heights(2, 2, [](int i, int j) { return i == 1 && j == 1 ? 8.0 : 0.0; }),
+                         choice);
+    const Ray level{0.25, 0.25, 9, 0, 0, -1}, slope{0.75, 0.75, 9, 0, 0, -1};
+    EXPECT_FALSE(shadowed(corner, level, 1, 1, 10.7));  // over (1, 1) at 0.75 * 10.7 = 8.03
+    EXPECT_TRUE(shadowed(corner, level, 1, 1, 10.6));
+    EXPECT_TRUE(shadowed(corner, level, 1, 1, -0.1));
+    EXPECT_FALSE(shadowed(corner, slope, -1, -1, -5.3));  // leaves at t = 0.75, above 0
+    EXPECT_TRUE(shadowed(corner, slope, -1, -1, -5.4));
+    EXPECT_TRUE(shadowed(corner, slope, -1, -1, -15.9));
+    EXPECT_TRUE(shadowed(corner, slope, -1, -1, -16.1));
+    EXPECT_TRUE(shadowed(corner, slope, 1, 1, 15.9));
+}
+
 TEST(OracleShadow, WallsShadeTheirFootNotTheirFace) {
     CutChoice choice;
-    choice.constantSurface = true;
+    choice.surface = kSurfaceConstant;
     const TestCut steps(Heights(9, 9, [](int i, int) { return i < 4 ? 0 : 10; }), choice);
     const Ray foot{3.2, 4.2, 50, 0, 0, -1}, face{0, 4.2, 5, 1, 0, 0}, roof{3.6, 4.2, 50, 0, 0, -1};
     EXPECT_TRUE(shadowed(steps, foot, 1, 0, 1));

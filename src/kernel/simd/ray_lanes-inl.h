@@ -150,7 +150,36 @@ HWY_INLINE void clipCell(ClipD& c, VD origin, VD step, VD lo) {
     c.end = hn::IfThenElse(level, c.end, hn::Min(c.end, hn::Max(a, b)));
 }
 
-void finishHitLanes(const RayBatch& r, HitLanes& h, int count) {
+/// The first root of f0 + f1 s + f2 s^2 between `from` and `to`; `never` if there is none.
+HWY_INLINE VD firstRootIn(VD f0, VD f1, VD f2, VD from, VD to, VD never) {
+    const VD disc = hn::Max(f1 * f1 - setD(4.0) * f2 * f0, hn::Zero(DD()));
+    const VD k = setD(-0.5) * (f1 + withSign(hn::Sqrt(disc), f1));
+    const VD r1 = k / f2, r2 = f0 / k;
+    const VD s1 = hn::IfThenElse(hn::And(r1 >= from, r1 <= to), r1, never);
+    const VD s2 = hn::IfThenElse(hn::And(r2 >= from, r2 <= to), r2, never);
+    return hn::Min(s1, s2);
+}
+
+/// Two triangles in the order of the ray: surface = lower plane + hd max(u + v - 1, 0). `plane` and
+/// `slope`: ray less lower plane at the cell's entry.
+HWY_INLINE VD firstRootOfTriangles(VD plane, VD slope, VD bend, VD hd, VD beyond, VD rate,
+                                   VD length, VD never) {
+    const VD zero = hn::Zero(DD());
+    const MD startsUpper = hn::Or(beyond > zero, hn::And(beyond == zero, rate > zero));
+    const VD upperPlane = plane - hd * beyond, upperSlope = slope - hd * rate;
+    const VD meets = hn::Neg(beyond) / rate, slack = length * setD(1e-9);
+    const VD middle = hn::IfThenElse(hn::And(meets > zero, meets < length), meets, length);
+    const VD s1 = firstRootIn(hn::IfThenElse(startsUpper, upperPlane, plane),
+                              hn::IfThenElse(startsUpper, upperSlope, slope), bend, zero,
+                              middle + slack, never);
+    const VD s2 = firstRootIn(hn::IfThenElse(startsUpper, plane, upperPlane),
+                              hn::IfThenElse(startsUpper, slope, upperSlope), bend, middle - slack,
+                              length + slack, never);
+    return hn::IfThenElse(s1 < never, s1, hn::IfThenElse(middle < length, s2, never));
+}
+
+template <bool kTriangles>
+void finishLanes(const RayBatch& r, HitLanes& h, int count) {
     constexpr size_t kLanes = HWY_LANES(double) < 8 ? HWY_LANES(double) : 8;
     const VD zero = hn::Zero(DD()), one = setD(1.0), never = setD(1e300);
     for (size_t p = 0; p < static_cast<size_t>(count); p += kLanes) {
@@ -170,19 +199,21 @@ void finishHitLanes(const RayBatch& r, HitLanes& h, int count) {
         const VD h00 = loadD(h.h00 + p);
         const VD hb = loadD(h.h10 + p) - h00, hc = loadD(h.h01 + p) - h00;
         const VD hd = (loadD(h.h11 + p) - loadD(h.h01 + p)) - hb;
-        const VD surface = hn::MulAdd(v, hn::MulAdd(hd, u, hc), hn::MulAdd(hb, u, h00));
-        const VD f0 = hn::MulAdd(c.begin, hn::MulAdd(bend, c.begin, dz), z) - surface;
-        const VD f1 = hn::MulAdd(bend + bend, c.begin, dz) -
-                      (hb * dx + hc * dy + hd * hn::MulAdd(u, dy, v * dx));
-        const VD f2 = bend - hd * dx * dy;
-        const VD disc = hn::Max(f1 * f1 - setD(4.0) * f2 * f0, zero);
-        const VD k = setD(-0.5) * (f1 + withSign(hn::Sqrt(disc), f1));
+        const VD height = hn::MulAdd(c.begin, hn::MulAdd(bend, c.begin, dz), z);
+        const VD rise = hn::MulAdd(bend + bend, c.begin, dz);
         const VD length = c.end - c.begin;
-        const VD slack = length * setD(1.000000001);
-        const VD r1 = k / f2, r2 = f0 / k;
-        const VD s1 = hn::IfThenElse(hn::And(r1 >= zero, r1 <= slack), r1, never);
-        const VD s2 = hn::IfThenElse(hn::And(r2 >= zero, r2 <= slack), r2, never);
-        const VD s = hn::Min(s1, s2);
+        VD f0, s;
+        if constexpr (kTriangles) {
+            const VD plane = height - hn::MulAdd(hc, v, hn::MulAdd(hb, u, h00));
+            const VD beyond = (u + v) - one;
+            f0 = plane - hd * hn::Max(beyond, zero);
+            s = firstRootOfTriangles(plane, rise - (hb * dx + hc * dy), bend, hd, beyond, dx + dy,
+                                     length, never);
+        } else {
+            f0 = height - hn::MulAdd(v, hn::MulAdd(hd, u, hc), hn::MulAdd(hb, u, h00));
+            const VD f1 = rise - (hb * dx + hc * dy + hd * hn::MulAdd(u, dy, v * dx));
+            s = firstRootIn(f0, f1, bend - hd * dx * dy, zero, length * setD(1.000000001), never);
+        }
         const VD t = c.begin + hn::Min(s, length);
         const MD found = hn::And(s<never, length> zero);
         hn::Store(hn::IfThenElse(found, t, setD(HUGE_VAL) - setD(HUGE_VAL)), DD(), h.t + p);
@@ -190,6 +221,13 @@ void finishHitLanes(const RayBatch& r, HitLanes& h, int count) {
         storeFloat(clampD(hn::MulAdd(dy, t, y) - cy, zero, one), h.v + p);
         storeInt(hn::IfThenElseZero(f0 < zero, one), h.fromBelow + p);
     }
+}
+
+void finishHitLanes(const RayBatch& r, HitLanes& h, int count, SurfaceKind surface) {
+    if (surface == kSurfaceTriangles)
+        finishLanes<true>(r, h, count);
+    else
+        finishLanes<false>(r, h, count);
 }
 
 }  // namespace terray::simd::HWY_NAMESPACE

@@ -17,8 +17,8 @@ HWY_EXPORT(finishHitLanes);
 void placeRays(const TerrainCut& cut, RayBatch& rays, RayBlock& block, int count, int level) {
     HWY_DYNAMIC_DISPATCH(placeRayBatch)(cut, rays, block, count, level);
 }
-void finishHits(const RayBatch& rays, HitLanes& hits, int count) {
-    HWY_DYNAMIC_DISPATCH(finishHitLanes)(rays, hits, count);
+void finishHits(const RayBatch& rays, HitLanes& hits, int count, SurfaceKind surface) {
+    HWY_DYNAMIC_DISPATCH(finishHitLanes)(rays, hits, count, surface);
 }
 
 }  // namespace terray::simd

@@ -25,7 +25,7 @@ struct alignas(64) HitLanes {
 /// `level`: block size at which to begin, kEnterAtTop without a head start.
 void placeRays(const TerrainCut& cut, RayBatch& rays, RayBlock& block, int count, int level);
 
-/// First root of each lane's bilinear cell.
-void finishHits(const RayBatch& rays, HitLanes& hits, int count);
+/// First root of each lane's cell: of its quadratic, or of its two triangles (`surface`).
+void finishHits(const RayBatch& rays, HitLanes& hits, int count, SurfaceKind surface);
 
 }  // namespace terray::simd

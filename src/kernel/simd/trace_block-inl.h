@@ -74,6 +74,35 @@ HWY_INLINE CellRange rangeBilinear(const CellPosts& c, VF u, VF v, VF du, VF dv,
     return {q.f0, hn::Min(hn::Min(q.f0, end), turn), hn::Max(hn::Max(q.f0, end), turn), noLanes()};
 }
 
+/// Two triangles: the lower one's plane, and above the diagonal d (u + v - 1) on top of it, d being
+/// the bilinear cell's twist. Along the ray that is one parabola on either side of the diagonal. A
+/// break that is off by a rounding moves f at a ridge or a valley by no more than d times that
+/// rounding, which the cell's error holds.
+HWY_INLINE CellRange rangeTriangles(const CellPosts& c, VF u, VF v, VF du, VF dv, VF z, VF slope,
+                                    VF bend, VF length) {
+    const VF zero = hn::Zero(DF());
+    const VF b = c.h10 - c.h00, cc = c.h01 - c.h00, d = (c.h11 - c.h01) - b;
+    const VF beyond = (u + v) - setF(1.0f), rate = du + dv;
+    const VF f0 = z - hn::MulAdd(cc, v, hn::MulAdd(b, u, c.h00));
+    const VF lower = slope - hn::MulAdd(cc, dv, b * du), upper = lower - d * rate;
+    const auto at = [&](VF s) {
+        const VF plane = hn::MulAdd(s, hn::MulAdd(bend, s, lower), f0);
+        return plane - d * hn::Max(hn::MulAdd(rate, s, beyond), zero);
+    };
+    const VF meets = hn::Neg(beyond) / rate;  // NaN or infinite along the diagonal
+    const VF middle = hn::IfThenElse(meets == meets, hn::Min(hn::Max(meets, zero), length), length);
+    const MF startsUpper = beyond > zero;
+    const VF twice = setF(-2.0f) * bend;
+    const VF first = hn::IfThenElse(startsUpper, upper, lower) / twice;
+    const VF second = hn::IfThenElse(startsUpper, lower, upper) / twice;
+    const VF entry = at(zero), kink = at(middle), end = at(length);
+    const VF dip1 = hn::IfThenElse(first == first, at(hn::Min(hn::Max(first, zero), middle)), kink);
+    const VF dip2 =
+        hn::IfThenElse(second == second, at(hn::Min(hn::Max(second, middle), length)), end);
+    const VF least = hn::Min(hn::Min(entry, hn::Min(kink, end)), hn::Min(dip1, dip2));
+    return {entry, least, hn::Max(entry, hn::Max(kink, end)), noLanes()};
+}
+
 /// Nearest post: the quadrants in the order of the ray; f jumps between them (walls).
 HWY_INLINE CellRange rangeConstant(const CellPosts& c, VF u, VF v, VF du, VF dv, VF z, VF slope,
                                    VF bend, VF length, VF shift) {
@@ -141,9 +170,11 @@ HWY_INLINE void stepCells(const TerrainCut& cut, const Pools& pools, Packet& k, 
     const VF shift = shiftAt(k, e.t) * inverse;
     const VF error = hn::MulAdd(delta, shift + shift + setF(4 * kFloatError), errorOfRay(k, e.t));
     const VF z = k.heightAt(k.t);
-    const CellRange r = cut.constantSurface != 0
-                            ? rangeConstant(c, u, v, du, dv, z, slope, k.bend, length, shift)
-                            : rangeBilinear(c, u, v, du, dv, z, slope, k.bend, length);
+    const CellRange r = cut.surface == kSurfaceBilinear
+                            ? rangeBilinear(c, u, v, du, dv, z, slope, k.bend, length)
+                        : cut.surface == kSurfaceTriangles
+                            ? rangeTriangles(c, u, v, du, dv, z, slope, k.bend, length)
+                            : rangeConstant(c, u, v, du, dv, z, slope, k.bend, length, shift);
 
     const MF above = r.least > error, below = r.greatest < hn::Neg(error);
     const MF entersAbove = r.entry > error, entersBelow = r.entry < hn::Neg(error);

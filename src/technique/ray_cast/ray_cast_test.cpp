@@ -44,7 +44,7 @@ RayFrame makeFrame(const ResidentTerrain& terrain, double bend) {
 
 void expectOracleHits(bool town) {
     const auto terrain = makeTerrain(town);
-    const FrameCut cut = finestCut(*terrain, false);
+    const FrameCut cut = finestCut(*terrain, kSurfaceBilinear);
     const RayFrame frame = makeFrame(*terrain, 6.8e-8);
     const ImageTile tile{5, 3, 83, 51};
     std::vector<Hit> hits(tile.pixelCount());
@@ -74,7 +74,7 @@ TEST(RayCast, EqualsTheOracleOnTheTown) { expectOracleHits(true); }
 
 TEST(RayCast, HitsDoNotDependOnTheImageTile) {
     const auto terrain = makeTerrain(false);
-    const FrameCut cut = finestCut(*terrain, false);
+    const FrameCut cut = finestCut(*terrain, kSurfaceBilinear);
     const RayFrame frame = makeFrame(*terrain, 0.0);
     const auto technique = makeRayCast();
     TraceCounters counters;
