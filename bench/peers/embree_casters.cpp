@@ -84,7 +84,7 @@ void startOnGround(const float* eye, const float* t, int lanes, const float* dx,
         const float along = t[k] < kInfinity ? t[k] : 0.0f;
         x[k] = eye[0] + along * dx[k];
         y[k] = eye[1] + along * dy[k];
-        z[k] = eye[2] + along * dz[k] + (0.02f + 2e-6f * along);
+        z[k] = eye[2] + along * dz[k] + (0.002f + 3e-7f * along);
     }
 }
 

@@ -99,8 +99,8 @@ struct TerrainCut {
     const uint8_t* sharpness = nullptr;  ///< kSlotSharpness a slot; null: anything may be sharp
     const Square* squares = nullptr;
     DirectoryLevel levels[kMaxLevels] = {};
-    int32_t rootLevel = 0;         ///< the directory's coarsest level: one square
-    uint32_t format = 0;           ///< PostFormat
+    int32_t rootLevel = 0;  ///< the directory's coarsest level: one square
+    uint32_t format = 0;    ///< PostFormat
     SurfaceKind surface = kSurfaceBilinear;
     uint32_t tileCount = 0;
     int32_t cellsX = 0, cellsY = 0;  ///< true size of mip 0 in cells; rays are clipped to it
