@@ -39,10 +39,15 @@ Agreement compareDistances(const std::vector<float>& a, const std::vector<float>
     return agreement;
 }
 
-double shareOfDifferent(const std::vector<float>& a, const std::vector<float>& b) {
-    size_t different = 0;
-    for (size_t k = 0; k < a.size(); ++k) different += a[k] != b[k] ? 1 : 0;
-    return a.empty() ? 0 : static_cast<double>(different) / static_cast<double>(a.size());
+double shareOfDifferent(const std::vector<float>& a, const std::vector<float>& b,
+                        const std::vector<bool>& marked) {
+    size_t counted = 0, different = 0;
+    for (size_t k = 0; k < a.size(); ++k) {
+        if (!marked[k]) continue;
+        ++counted;
+        different += a[k] != b[k] ? 1 : 0;
+    }
+    return counted == 0 ? 0 : static_cast<double>(different) / static_cast<double>(counted);
 }
 
 }  // namespace terray::bench

@@ -18,7 +18,8 @@ struct Agreement {
 };
 Agreement compareDistances(const std::vector<float>& a, const std::vector<float>& b);
 
-/// Share of the pixels that differ: for pictures of 0 and 1.
-double shareOfDifferent(const std::vector<float>& a, const std::vector<float>& b);
+/// Share of the marked pixels that differ: for pictures of 0 and 1.
+double shareOfDifferent(const std::vector<float>& a, const std::vector<float>& b,
+                        const std::vector<bool>& marked);
 
 }  // namespace terray::bench

@@ -6,6 +6,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -23,7 +24,7 @@ struct Lattice {
     WorldPoint origin;
 };
 
-/// Posts as vertices, row by row. Embree leaves out what touches a vertex that is not a number.
+/// Posts as vertices, row by row; what touches a hole is left out by who makes the topology.
 void fillVertices(const ResidentTerrain& terrain, const Lattice& lattice, float* vertices) {
     const MipRows posts(terrain.pool(), 0);
     tbb::parallel_for(tbb::blocked_range<int64_t>(0, lattice.rows), [&](const auto& range) {
@@ -60,6 +61,46 @@ void fillTriangles(const Lattice& lattice, const float* vertices, uint32_t* indi
         }
     });
 }
+
+/// Grids that cover all cells without a hole: Embree drops a grid that has one. Quartered around
+/// holes, so that a terrain without any is a single grid.
+class GridSplitter {
+public:
+    GridSplitter(const Lattice& lattice, const float* vertices)
+        : lattice_(lattice), vertices_(vertices) {}
+    /// Posts [column, column + width) x [row, row + height).
+    void split(int64_t column, int64_t row, int64_t width, int64_t height) {
+        if (width < 2 || height < 2) return;
+        const int64_t holes = countHoles(column, row, width, height);
+        if (holes == width * height) return;
+        if (holes == 0) {
+            grids_.push_back({static_cast<uint32_t>(row * lattice_.columns + column),
+                              static_cast<uint32_t>(lattice_.columns), static_cast<uint16_t>(width),
+                              static_cast<uint16_t>(height)});
+            return;
+        }
+        if (width == 2 && height == 2) return;
+        const int64_t left = (width + 1) / 2, top = (height + 1) / 2;  // they share a post
+        split(column, row, left, top);
+        split(column + left - 1, row, width - left + 1, top);
+        split(column, row + top - 1, left, height - top + 1);
+        split(column + left - 1, row + top - 1, width - left + 1, height - top + 1);
+    }
+    const std::vector<RTCGrid>& grids() const { return grids_; }
+
+private:
+    int64_t countHoles(int64_t column, int64_t row, int64_t width, int64_t height) const {
+        int64_t holes = 0;
+        for (int64_t j = row; j < row + height; ++j)
+            for (int64_t i = column; i < column + width; ++i)
+                holes += std::isnan(vertices_[3 * (j * lattice_.columns + i) + 2]) ? 1 : 0;
+        return holes;
+    }
+
+    const Lattice& lattice_;
+    const float* vertices_;
+    std::vector<RTCGrid> grids_;
+};
 
 }  // namespace
 
@@ -98,14 +139,15 @@ Result<RTCGeometry> EmbreeScene::makeGeometry(const ResidentTerrain& terrain, Em
         geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), vertexCount));
     if (vertices != nullptr) fillVertices(terrain, lattice, vertices);
     void* topology = nullptr;
-    if (grid) {
+    if (grid && vertices != nullptr) {
+        GridSplitter splitter(lattice, vertices);
+        splitter.split(0, 0, lattice.columns, lattice.rows);
+        const std::vector<RTCGrid>& grids = splitter.grids();
         topology = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_GRID, 0, RTC_FORMAT_GRID,
-                                           sizeof(RTCGrid), 1);
+                                           sizeof(RTCGrid), grids.size());
         if (topology != nullptr)
-            *static_cast<RTCGrid*>(topology) = {0, static_cast<uint32_t>(lattice.columns),
-                                                static_cast<uint16_t>(lattice.columns),
-                                                static_cast<uint16_t>(lattice.rows)};
-    } else {
+            std::copy(grids.begin(), grids.end(), static_cast<RTCGrid*>(topology));
+    } else if (!grid) {
         const auto cells = static_cast<size_t>((lattice.columns - 1) * (lattice.rows - 1));
         topology = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                            3 * sizeof(uint32_t), 2 * cells);

@@ -62,6 +62,7 @@ private:
     double timePyramids(int threads) const;
     std::vector<Contender> primaryContenders(const TerrainCut& cut, const RayFrame& frame) const;
     std::vector<Contender> shadowContenders(const TerrainCut& cut, const RayFrame& frame,
+                                            std::vector<Hit> hits,
                                             const std::vector<float>& distances) const;
     void measure(const std::string& kind, const std::string& camera,
                  const std::vector<Contender>& contenders, const Lines& extras);
@@ -179,9 +180,10 @@ std::vector<Contender> Comparison::primaryContenders(const TerrainCut& cut,
 }
 
 std::vector<Contender> Comparison::shadowContenders(const TerrainCut& cut, const RayFrame& frame,
+                                                    std::vector<Hit> hits,
                                                     const std::vector<float>& distances) const {
     std::vector<Contender> all;
-    all.push_back({"occluded", makeShadowCaster(cut, frame, castHits(technique_, cut, frame))});
+    all.push_back({"occluded", makeShadowCaster(cut, frame, std::move(hits))});
     if (embree_.triangles)
         all.push_back(
             {"embree triangles o16", makeEmbreeShadowCaster(*embree_.triangles, frame, distances)});
@@ -259,13 +261,19 @@ void Comparison::compare(const NamedCamera& named) {
     }
     measure("primary", named.name, primary, extras);
 
-    const std::vector<Contender> shadows = shadowContenders(cut.cut(), frame, distances);
+    // Light that comes through the sheet's underside: dark by our rules, lit by Embree's.
+    std::vector<Hit> hits = castHits(technique_, cut.cut(), frame);
+    std::vector<bool> seenFromAbove;
+    for (const Hit& hit : hits)
+        seenFromAbove.push_back(isHit(hit) && (hit.flags & kHitFromBelow) == 0);
+    const std::vector<Contender> shadows =
+        shadowContenders(cut.cut(), frame, std::move(hits), distances);
     const std::vector<float> dark = readPicture(*makeEmbreeShadowCaster(judge, frame, distances),
                                                 options_.width, options_.height);
     extras.assign(shadows.size(), nlohmann::json::object());
     for (size_t k = 0; k < shadows.size(); ++k)
         extras[k]["different_share"] = shareOfDifferent(
-            readPicture(*shadows[k].caster, options_.width, options_.height), dark);
+            readPicture(*shadows[k].caster, options_.width, options_.height), dark, seenFromAbove);
     measure("shadow", named.name, shadows, extras);
 }
 

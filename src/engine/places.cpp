@@ -41,7 +41,7 @@ std::optional<double> PlaceResolver::groundHeight(Vec2 world) const {
     const LatticePoint at = state_->resident->info().worldFromLattice.latticeFromWorld(world);
     const SurfaceCell cell = surfaceCellAt(state_->finest->cut(), at.i, at.j);
     if (cell.slot == kNoSlot) return std::nullopt;
-    return cell.height(surface_ == Surface::Constant);
+    return cell.height(surface_ == Surface::Constant ? kSurfaceConstant : kSurfaceBilinear);
 }
 
 Result<WorldPoint> PlaceResolver::resolve(const Place& place, const std::string& what) const {

@@ -85,7 +85,7 @@ TEST(SelectCut, EveryPlaceIsDrawnOnceAndWithinItsBounds) {
                     ASSERT_EQ(drawnOver(cut, i, j), 1);
                     const SurfaceCell cell = surfaceCellAt(cut, i, j);
                     if (cell.slot == kNoSlot) continue;
-                    const double z = cell.height(false);
+                    const double z = cell.height(kSurfaceBilinear);
                     ASSERT_GE(z, static_cast<double>(cut.minZ));
                     ASSERT_LE(z, static_cast<double>(cut.maxZ));
                     ASSERT_LE(std::abs(cell.h00 - cell.h11), cut.maxDelta);
@@ -102,13 +102,14 @@ TEST(SelectCut, DrawnErrorIsBounded) {
     CutOptions options;
     options.tolerancePx = 4;
     const FrameCut frame = selectCut(*terrain, lookingNorth(*terrain, 300, 2000, 700), options);
-    const FrameCut finest = finestCut(*terrain, false);
+    const FrameCut finest = finestCut(*terrain, kSurfaceBilinear);
     EXPECT_GT(frame.cut().maxError, 0);
     EXPECT_EQ(finest.cut().maxError, 0);
     for (double j = 0.7; j < 2099; j += 11.3) {
         for (double i = 0.2; i < 2999; i += 7.9) {
-            const double error = std::abs(surfaceCellAt(frame.cut(), i, j).height(false) -
-                                          surfaceCellAt(finest.cut(), i, j).height(false));
+            const double error =
+                std::abs(surfaceCellAt(frame.cut(), i, j).height(kSurfaceBilinear) -
+                         surfaceCellAt(finest.cut(), i, j).height(kSurfaceBilinear));
             ASSERT_LE(error, static_cast<double>(frame.cut().maxError));
         }
     }

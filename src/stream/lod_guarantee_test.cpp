@@ -229,9 +229,9 @@ Camera randomCamera(const Subject& subject, Projection projection, double exagge
     const double i = pick(margin, 1 - margin) * double(info.scheme.columns - 1);
     const double j = pick(margin, 1 - margin) * double(info.scheme.rows - 1);
     const SurfaceCell ground = surfaceCellAt(subject.finest.cut(), i, j);
-    const double z =
-        (ground.slot == kNoSlot ? static_cast<double>(info.maxZ) : ground.height(false)) +
-        std::exp(pick(0.7, 8.0));
+    const double z = (ground.slot == kNoSlot ? static_cast<double>(info.maxZ)
+                                             : ground.height(kSurfaceBilinear)) +
+                     std::exp(pick(0.7, 8.0));
     const Vec2 place = info.worldFromLattice.worldFromLattice({i, j});
     camera.projection = projection;
     camera.width = panorama ? 400 : 160;
