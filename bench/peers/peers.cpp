@@ -28,7 +28,7 @@ struct PeersOptions {
     int width = 1920, height = 1080, reps = 5;
     std::vector<int> threads;
     double tolerance = 0, triangleGiB = 6;
-    bool robust = false;
+    bool robust = false, oracle = true;
 };
 
 /// What Embree is expected to need at its peak while it builds triangles; measured 225.
@@ -168,7 +168,7 @@ std::vector<Contender> Comparison::primaryContenders(const TerrainCut& cut,
     std::vector<Contender> all;
     all.push_back({options_.technique, makeTechniqueCaster(technique_, cut, frame)});
     all.push_back({"packets", makePacketCaster(cut, frame)});
-    all.push_back({"oracle", makeOracleCaster(cut, frame), false});
+    if (options_.oracle) all.push_back({"oracle", makeOracleCaster(cut, frame), false});
     for (const int lanes : {1, 8, 16})
         if (embree_.triangles)
             all.push_back({fmt::format("embree triangles i{}", lanes),
@@ -360,6 +360,7 @@ void addPeers(CLI::App& program, Job& job) {
         ->check(CLI::IsMember({"triangles", "bilinear"}))
         ->capture_default_str();
     command->add_flag("--robust", options->robust, "Embree's robust mode (its default is without)");
+    command->add_flag("!--no-oracle", options->oracle, "without the oracle, which is slow");
     command->add_option("--json", options->json, "file for the measurements, one JSON line each");
     command->add_option("--markdown", options->markdown, "file for the tables");
     command->footer("Example: terray-bench peers dem.tif --threads 1,2 --json peers.jsonl");
