@@ -100,11 +100,51 @@ struct MarchCell {
     VF u, v, du, dv;  ///< place at wIn, in the cell; change per w
     VF f0, f1, slope,
         f2;  ///< ray less surface at wIn and wOut; its derivative at wIn; its curvature
+    VF low;  ///< least f in between, where it matters
     VF error;
-    MI alongX, hole;
+    MI alongX, open;  ///< open: a hole, or not to be told
 };
 
-template <bool kInt16>
+/// Least f in the cell, where it matters: f is convex, so that it may be lowest inside.
+HWY_INLINE VF lowestOf(const MarchCell& k, MI active) {
+    const VF ends = hn::Min(k.f0, k.f1), length = k.wOut - k.wIn, zero = hn::Zero(DF());
+    const VF twice = k.f2 + k.f2;
+    const MF inside = hn::And(k.slope<zero, hn::MulAdd(twice, length, k.slope)> zero);
+    const MF matters = hn::And(inside, k.f1 > hn::Neg(k.error));
+    if (hn::AllFalse(DI(), hn::And(active, maskI(matters)))) return ends;
+    const VF turn = hn::NegMulAdd(k.slope, k.slope / (twice + twice), k.f0);
+    return hn::IfThenElse(matters, turn, ends);
+}
+
+/// The same for two triangles: the one that is entered, and the other beyond the diagonal from post
+/// (1, 0) to post (0, 1). A hit in the second makes the cell begin at the diagonal.
+HWY_INLINE void splitCell(const CellPosts& c, const ColumnRays& r, MarchCell& k) {
+    const VF zero = hn::Zero(DF()), one = setF(1.0f), length = k.wOut - k.wIn;
+    const VF b = c.h10 - c.h00, a = c.h01 - c.h00, b1 = c.h11 - c.h01, a1 = c.h11 - c.h10;
+    const VF before = one - k.u - k.v;
+    const MF lower = hn::Or(before > zero, hn::And(before == zero, k.du + k.dv < zero));
+    const VF s = before / (k.du + k.dv);
+    const MF crosses = hn::And(s > zero, s < length);
+    const VF climbLower = hn::MulAdd(b, k.du, a * k.dv),
+             climbUpper = hn::MulAdd(b1, k.du, a1 * k.dv);
+    const VF first = hn::IfThenElse(lower, climbLower, climbUpper);
+    const VF second = hn::IfThenElse(lower, climbUpper, climbLower);
+    k.slope = hn::MulAdd(r.bend + r.bend, k.wIn, r.dz) - first;
+    k.f2 = r.bend;
+    const VF middle = hn::MulAdd(s, hn::MulAdd(r.bend, s, k.slope), k.f0);
+    const VF sag = setF(0.25f) * r.bend * length * length;
+    k.low = hn::Min(hn::IfThenElse(crosses, hn::Min(k.f1, middle), k.f1), k.f0) - sag;
+    k.open = hn::Or(k.open, maskI(hn::And(crosses, hn::Abs(middle) <= k.error)));
+    const MF beyond = hn::And(crosses, middle > zero);
+    k.f0 = hn::IfThenElse(beyond, middle, k.f0);
+    k.slope =
+        hn::IfThenElse(beyond, hn::MulAdd(r.bend + r.bend, s, k.slope + first - second), k.slope);
+    k.u = hn::IfThenElse(beyond, hn::MulAdd(k.du, s, k.u), k.u);
+    k.v = hn::IfThenElse(beyond, hn::MulAdd(k.dv, s, k.v), k.v);
+    k.wIn = hn::IfThenElse(beyond, k.wIn + s, k.wIn);
+}
+
+template <bool kInt16, bool kTriangles>
 HWY_INLINE MarchCell lookAt(const TerrainCut& cut, const Pools& pools, const MarchTile& tile,
                             const ColumnRays& r, const MarchErrors& e, const MarchLanes& m,
                             size_t p, VI x, VI y, VI mip, MI lanes) {
@@ -115,7 +155,7 @@ HWY_INLINE MarchCell lookAt(const TerrainCut& cut, const Pools& pools, const Mar
                                            loadF(m.postsZ + p), loadF(m.postsStep + p)},
                                           cx, cy, lanes);
     MarchCell k;
-    k.hole = c.hole;
+    k.open = c.hole;
     const VI ax = setI(static_cast<int32_t>(tile.anchorX));
     const VI ay = setI(static_cast<int32_t>(tile.anchorY));
     const VF inverse = hn::BitCast(DF(), hn::ShiftLeft<23>(setI(127) - mip));
@@ -163,17 +203,6 @@ HWY_INLINE MarchCell lookAt(const TerrainCut& cut, const Pools& pools, const Mar
         hn::MulAdd(setF(2.0f), grade, steepest), shift,
         hn::MulAdd(setF(e.height1), reach, hn::MulAdd(setF(kFloatError), relief, setF(e.height0))));
     return k;
-}
-
-/// Least f in the cell, where it matters: f is convex, so that it may be lowest inside.
-HWY_INLINE VF lowestOf(const MarchCell& k, MI active) {
-    const VF ends = hn::Min(k.f0, k.f1), length = k.wOut - k.wIn, zero = hn::Zero(DF());
-    const VF twice = k.f2 + k.f2;
-    const MF inside = hn::And(k.slope<zero, hn::MulAdd(twice, length, k.slope)> zero);
-    const MF matters = hn::And(inside, k.f1 > hn::Neg(k.error));
-    if (hn::AllFalse(DI(), hn::And(active, maskI(matters)))) return ends;
-    const VF turn = hn::NegMulAdd(k.slope, k.slope / (twice + twice), k.f0);
-    return hn::IfThenElse(matters, turn, ends);
 }
 
 /// Where lanes go that pass through their cell.
@@ -249,9 +278,9 @@ HWY_INLINE VF beginOf(const MarchRow& row, const MarchLanes& m, size_t p) {
     return begin;
 }
 
-template <bool kInt16>
-HWY_INLINE void marchPacket(const TerrainCut& cut, const Pools& pools, const MarchTile& tile,
-                            const MarchRow& row, const MarchErrors& e, MarchLanes& m, size_t p) {
+template <bool kInt16, bool kTriangles>
+void marchPacket(const TerrainCut& cut, const Pools& pools, const MarchTile& tile,
+                 const MarchRow& row, const MarchErrors& e, MarchLanes& m, size_t p) {
     const VI zero = hn::Zero(DI());
     const VF begin = beginOf(row, m, p);
     MI active = maskI(begin >= hn::Zero(DF()));
@@ -302,15 +331,13 @@ HWY_INLINE void marchPacket(const TerrainCut& cut, const Pools& pools, const Mar
             active =
                 hn::AndNot(hn::Eq(loadI(m.slot + p), setI(static_cast<int32_t>(kNoSlot))), active);
         }
-        const MarchCell k =
-            lookAt<kInt16>(cut, pools, tile, r, e, m, p, x, y, mip, hn::Or(active, hits));
-        const VF low = lowestOf(k, active);
-        const MF fromAbove = k.f0 > k.error;
-        const MI hit = hn::And(active, maskI(hn::And(fromAbove, low < hn::Neg(k.error))));
-        const MI passes =
-            hn::AndNot(k.hole, hn::And(active, maskI(hn::And(fromAbove, low > k.error))));
+        const MarchCell k = lookAt<kInt16, kTriangles>(cut, pools, tile, r, e, m, p, x, y, mip,
+                                                       hn::Or(active, hits));
+        const MI told = hn::AndNot(k.open, hn::And(active, maskI(k.f0 > k.error)));
+        const MI hit = hn::And(told, maskI(k.low < hn::Neg(k.error)));
+        const MI passes = hn::And(told, maskI(k.low > k.error));
         steps = steps + hn::IfThenElseZero(active, setI(1));
-        hits = hn::Or(hits, hn::AndNot(k.hole, hit));
+        hits = hn::Or(hits, hit);
         const MarchStep next = nextCell(cut, tile, r, k, x, y, mip);
         gone = hn::And(passes, next.outside);
         active = hn::AndNot(next.outside, passes);
@@ -391,13 +418,13 @@ MarchCounts marchRowLanes(const TerrainCut& cut, const MarchTile& tile, const Ma
     const Pools pools = makePools(cut, static_cast<float>(tile.anchorZ));
     const MarchErrors e = errorsOf(cut, tile, row);
     constexpr int kLanes = static_cast<int>(HWY_LANES(float) < 16 ? HWY_LANES(float) : 16);
+    const bool triangles = cut.surface == kSurfaceTriangles, int16 = cut.format == 0;
+    const auto march = int16 ? (triangles ? marchPacket<true, true> : marchPacket<true, false>)
+                             : (triangles ? marchPacket<false, true> : marchPacket<false, false>);
     MarchCounts counts;
     for (int p = begin / kLanes * kLanes; p < end; p += kLanes) {
         const auto first = static_cast<size_t>(p);
-        if (cut.format == 0)
-            marchPacket<true>(cut, pools, tile, row, e, m, first);
-        else
-            marchPacket<false>(cut, pools, tile, row, e, m, first);
+        march(cut, pools, tile, row, e, m, first);
         const VI result = loadI(m.result + p);
         const MI missed = hn::Eq(result, setI(kMarchMiss));
         hn::Store(hn::IfThenElseZero(missed, setI(1)), DI(), m.past + p);

@@ -77,7 +77,7 @@ void anchorLanes(const TerrainCut& cut, double anchorZ, MarchLanes& m) {
 
 MarchCounts marchRow(const TerrainCut& cut, const MarchTile& tile, const MarchRow& row, int begin,
                      int end, MarchLanes& lanes, Hit* hits) {
-    TERRAY_ASSERT(begin >= 0 && end <= kMarchColumns && cut.constantSurface == 0);
+    TERRAY_ASSERT(begin >= 0 && end <= kMarchColumns && cut.surface != kSurfaceConstant);
     return HWY_DYNAMIC_DISPATCH(simd::marchRowLanes)(cut, tile, row, begin, end, lanes, hits);
 }
 

@@ -14,7 +14,7 @@ public:
     void castTile(const TerrainCut& cut, const RayFrame& rays, const ImageTile& tile, Vec2 offset,
                   std::span<Hit> hits, TraceCounters& counters) const override {
         const auto stride = static_cast<size_t>(tile.width);
-        const auto cast = cut.constantSurface != 0 ? castByBeams : marchTile;
+        const auto cast = cut.surface == kSurfaceConstant ? castByBeams : marchTile;
         for (int x = 0; x < tile.width; x += kMarchColumns) {
             const ImageTile strip{tile.x + x, tile.y, std::min(kMarchColumns, tile.width - x),
                                   tile.height};
