@@ -202,6 +202,10 @@ HWY_INLINE MarchCell lookAt(const TerrainCut& cut, const Pools& pools, const Mar
     k.error = hn::MulAdd(
         hn::MulAdd(setF(2.0f), grade, steepest), shift,
         hn::MulAdd(setF(e.height1), reach, hn::MulAdd(setF(kFloatError), relief, setF(e.height0))));
+    if constexpr (kTriangles)
+        splitCell(c, r, k);
+    else
+        k.low = lowestOf(k, lanes);
     return k;
 }
 
