@@ -12,11 +12,11 @@
 namespace terray::bench {
 namespace {
 
-/// Places and heights on mip 0 of a scene.
+/// Places and heights on mip 0 of a terrain.
 class Ground {
 public:
-    explicit Ground(const Scene& scene)
-        : info_(scene.terrain->info()), cut_(finestCut(*scene.terrain, kSurfaceBilinear)) {}
+    explicit Ground(const ResidentTerrain& terrain)
+        : info_(terrain.info()), cut_(finestCut(terrain, kSurfaceBilinear)) {}
 
     /// A place at fractions of the lattice; z = ground, or the highest height in a hole.
     WorldPoint at(double fractionX, double fractionY) const {
@@ -62,8 +62,8 @@ double headingTo(const WorldPoint& from, const WorldPoint& to) {
 
 class Placer {
 public:
-    Placer(const Scene& scene, int width, int height)
-        : ground_(scene), box_(ground_.box()), width_(width), height_(height) {
+    Placer(const ResidentTerrain& terrain, int width, int height)
+        : ground_(terrain), box_(ground_.box()), width_(width), height_(height) {
         const double tanHalf = std::tan(radFromDeg(30)) * height / width;
         fovDeg_ = degFromRad(2 * std::atan(tanHalf));
     }
@@ -89,7 +89,7 @@ public:
     void add(const std::string& name, const View& view) {
         auto camera = makeCamera(view, box_);
         TERRAY_ASSERT(camera.ok());
-        if (camera) cameras_.push_back({name, *camera});
+        if (camera) cameras_.push_back({name, view, *camera});
     }
     std::vector<NamedCamera> take() { return std::move(cameras_); }
 
@@ -103,8 +103,8 @@ private:
 
 }  // namespace
 
-std::vector<NamedCamera> speedCameras(const Scene& scene, int width, int height) {
-    Placer placer(scene, width, height);
+std::vector<NamedCamera> speedCameras(const ResidentTerrain& terrain, int width, int height) {
+    Placer placer(terrain, width, height);
     const WorldPoint side = placer.ground().at(0.25, 0.75), middle = placer.ground().at(0.5, 0.5);
     const WorldPoint low = placer.ground().extreme(-1), high = placer.ground().extreme(1);
     const double inwards = headingTo(side, middle);
@@ -117,8 +117,8 @@ std::vector<NamedCamera> speedCameras(const Scene& scene, int width, int height)
     return placer.take();
 }
 
-std::vector<NamedCamera> sideCameras(const Scene& scene, int width, int height) {
-    Placer placer(scene, width, height);
+std::vector<NamedCamera> sideCameras(const ResidentTerrain& terrain, int width, int height) {
+    Placer placer(terrain, width, height);
     const WorldPoint side = placer.ground().at(0.25, 0.75), middle = placer.ground().at(0.5, 0.5);
     View rolled = placer.view(side, 500, headingTo(side, middle), -15);
     rolled.rollDeg = 30;
@@ -127,8 +127,12 @@ std::vector<NamedCamera> sideCameras(const Scene& scene, int width, int height) 
     return placer.take();
 }
 
-std::vector<NamedCamera> oddCameras(const Scene& scene, int width, int height) {
-    Placer placer(scene, width, height);
+std::vector<std::string> speedCameraNames() {
+    return {"low50", "mid500", "high3000", "down5000", "valley", "mountain"};
+}
+
+std::vector<NamedCamera> oddCameras(const ResidentTerrain& terrain, int width, int height) {
+    Placer placer(terrain, width, height);
     const WorldPoint side = placer.ground().at(0.6, 0.3), middle = placer.ground().at(0.5, 0.5);
     const SceneBox& box = placer.box();
     View rolled = placer.view(side, 300, 200, -10);

@@ -12,6 +12,7 @@ namespace terray::bench {
 using Job = std::function<int()>;
 
 void addKernel(CLI::App& program, Job& job);
+void addFrame(CLI::App& program, Job& job);
 void addExactness(CLI::App& program, Job& job);
 void addPeers(CLI::App& program, Job& job);
 

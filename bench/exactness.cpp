@@ -18,6 +18,7 @@
 #include "kernel/height.h"
 #include "kernel/scalar/judge.h"
 #include "kernel/trace.h"
+#include "scene.h"
 #include "stream/cut.h"
 #include "technique/technique.h"
 #include "view/ray_frame.h"
@@ -269,8 +270,8 @@ std::vector<Ray> cameraRays(const RayFrame& frame) {
 
 void judgeScene(const Scene& scene, const Technique& technique, SurfaceKind kind, uint64_t rayCount,
                 const ExactnessOptions& options, Court& court) {
-    std::vector<NamedCamera> cameras = speedCameras(scene, options.width, options.height);
-    for (NamedCamera& odd : oddCameras(scene, options.width, options.height))
+    std::vector<NamedCamera> cameras = speedCameras(*scene.terrain, options.width, options.height);
+    for (NamedCamera& odd : oddCameras(*scene.terrain, options.width, options.height))
         cameras.push_back(std::move(odd));
     const std::string surface = kSurfaceNames[kind];
     Progress progress(scene.name + ", " + surface,

@@ -2,17 +2,9 @@
 // Sums and medians of timed frames.
 #include "frame_timing.h"
 
+#include "timing.h"
+
 namespace terray::bench {
-namespace {
-
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
-
-}  // namespace
-
 void addCounters(TraceCounters& sum, const TraceCounters& more) {
     sum.rays += more.rays;
     sum.hits += more.hits;

@@ -8,11 +8,11 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <ctime>
 #include <vector>
 
 #include "base/stopwatch.h"
 #include "kernel/trace.h"
+#include "timing.h"
 #include "view/ray_frame.h"
 
 namespace terray::bench {
@@ -46,7 +46,6 @@ struct Timing {
 /// Times one run of `work` on the threads of an arena.
 template <class Work>
 Timing timeOnce(tbb::task_arena& arena, const Work& work) {
-    const auto cpuMs = [] { return static_cast<double>(std::clock()) * 1e3 / CLOCKS_PER_SEC; };
     const double cpuStart = cpuMs();
     const Stopwatch watch;
     arena.execute(work);

@@ -9,6 +9,7 @@
 #include "commands.h"
 #include "frame_timing.h"
 #include "kernel/trace.h"
+#include "scene.h"
 #include "stream/cut.h"
 #include "technique/technique.h"
 
@@ -126,7 +127,7 @@ int runKernel(const KernelOptions& options) {
     fmt::print("target {}, {} x {}, median of {}\n", activeSimdTarget(), options.width,
                options.height, options.reps);
     std::vector<nlohmann::json> lines;
-    for (const NamedCamera& named : speedCameras(*scene, options.width, options.height)) {
+    for (const NamedCamera& named : speedCameras(*scene->terrain, options.width, options.height)) {
         if (!options.camera.empty() && named.name != options.camera) continue;
         CutOptions cutOptions;
         cutOptions.tolerancePx = options.tolerance;
@@ -172,7 +173,7 @@ void addKernel(CLI::App& program, Job& job) {
         ->capture_default_str();
     command->add_option("--target", options->target, "SIMD target, e.g. AVX3 (default: the best)");
     command->add_option("--camera", options->camera, "one camera only")
-        ->check(CLI::IsMember({"low50", "mid500", "high3000", "down5000", "valley", "mountain"}));
+        ->check(CLI::IsMember(speedCameraNames()));
     command->add_option("--threads", options->threads, "thread counts (default: 1 and all cores)")
         ->delimiter(',')
         ->check(CLI::Range(1, 4096));

@@ -5,9 +5,12 @@
 int main(int argc, char** argv) {
     CLI::App program{"Measures Terray: speed and exactness of its parts", "terray-bench"};
     program.require_subcommand(1);
-    program.footer("Examples:\n  terray-bench kernel\n  terray-bench exactness dem.tif");
+    program.footer(
+        "Examples:\n  terray-bench kernel\n  terray-bench frame --threads 2\n  terray-bench "
+        "exactness dem.tif");
     terray::bench::Job job;
     terray::bench::addKernel(program, job);
+    terray::bench::addFrame(program, job);
     terray::bench::addExactness(program, job);
     terray::bench::addPeers(program, job);
     try {

@@ -298,8 +298,8 @@ int runPeers(const PeersOptions& options) {
     if (!scene) return report(scene.error());
     Comparison comparison(options, *scene, **technique);
     if (const auto built = comparison.build(); !built) return report(built.error());
-    std::vector<NamedCamera> cameras = speedCameras(*scene, options.width, options.height);
-    for (NamedCamera& side : sideCameras(*scene, options.width, options.height))
+    std::vector<NamedCamera> cameras = speedCameras(*scene->terrain, options.width, options.height);
+    for (NamedCamera& side : sideCameras(*scene->terrain, options.width, options.height))
         cameras.push_back(std::move(side));
     for (const NamedCamera& named : cameras)
         if (options.camera.empty() || named.name == options.camera) comparison.compare(named);

@@ -18,8 +18,10 @@ struct RenderStats {
     double loadMs = 0;                    ///< reading the source (warp included)
     double buildMs = 0;                   ///< coarser mips, bounds, errors
     double skyMs = 0;                     ///< sky-light sweeps
+    double setupMs = 0;  ///< before the first ray: camera, cut, shader (skyMs is in it)
     double primaryMs = 0, shadeMs = 0, writeMs = 0, totalMs = 0;
-    double mraysPerS = 0;  ///< primary rays over primary time
+    double shadowMs = 0, displayMs = 0;  ///< parts of shadeMs: shadow rays; sums to 8 bits
+    double mraysPerS = 0;                ///< primary rays over primary time
     double stepsPerRay = 0;
     double bytesPerSample = 0;  ///< resident terrain over samples of mip 0
     uint64_t residentBytes = 0, peakRssBytes = 0;

@@ -71,6 +71,8 @@ public:
             sum.trace.steps += w.figures.trace.steps;
             sum.trace.redone += w.figures.trace.redone;
             sum.shade.shadowRays += w.figures.shade.shadowRays;
+            sum.shade.shadowMs += w.figures.shade.shadowMs;
+            sum.displayMs += w.figures.displayMs;
             sum.traceMs += w.figures.traceMs;
             sum.shadeMs += w.figures.shadeMs;
         }
@@ -127,7 +129,9 @@ private:
         worker.display.resize(tile.pixelCount() * 4);
         frame_.shader->toDisplay(worker.sum, worker.display);
         copyTile(tile, band.firstRow, width, 4, worker.display, band.display);
-        worker.figures.shadeMs += watch.elapsedMs();
+        const double ms = watch.elapsedMs();
+        worker.figures.displayMs += ms;
+        worker.figures.shadeMs += ms;
     }
 
     void fillAovs(const ImageTile& tile, Worker& worker, Band& band) const {

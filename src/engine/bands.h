@@ -29,7 +29,8 @@ struct BandDemand {
 struct BandFigures {
     TraceCounters trace;
     ShadeCounters shade;
-    double traceMs = 0, shadeMs = 0;
+    double traceMs = 0, shadeMs = 0;  ///< shadeMs with shadows and display
+    double displayMs = 0;
 };
 
 /// Makes the bands from the top and hands each to `sink`, which runs beside the next band's work.

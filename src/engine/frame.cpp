@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/log.h"
+#include "base/stopwatch.h"
 #include "engine/check.h"
 #include "engine/places.h"
 #include "engine/sunlight.h"
@@ -127,6 +128,7 @@ std::optional<GeoReference> Frame::georeference(const TerrainInfo& info) const {
 
 Result<std::unique_ptr<Frame>> makeFrame(const Terrain::State& state, const View& view,
                                          const RenderOptions& options) {
+    const Stopwatch watch;
     TERRAY_TRY(checkView(view));
     TERRAY_TRY(checkOptions(view, options));
     auto places = PlaceResolver::make(state, view.lonLat, options.surface);
@@ -154,6 +156,7 @@ Result<std::unique_ptr<Frame>> makeFrame(const Terrain::State& state, const View
     if (!technique) return technique.error();
     frame->technique = std::move(*technique);
     TERRAY_TRY(addShading(state, *sun, *frame));
+    frame->setupMs = watch.elapsedMs();
     return frame;
 }
 

@@ -28,6 +28,7 @@ struct Frame {
     std::unique_ptr<Shader> shader;
     std::unique_ptr<Annotations> annotations;  ///< null if there are none
     RenderOptions options;
+    double setupMs = 0;
 
     const Camera& camera() const { return rays.camera(); }
     /// Alpha is less than 1 somewhere.

@@ -38,7 +38,10 @@ RenderStats collectStats(const Terrain::State& state, const Frame& frame,
     s.buildMs = state.build.buildMs;
     s.skyMs = frame.shader->skyMs();
     s.primaryMs = figures.traceMs / state.threads;
+    s.setupMs = frame.setupMs;
     s.shadeMs = figures.shadeMs / state.threads;
+    s.shadowMs = figures.shade.shadowMs / state.threads;
+    s.displayMs = figures.displayMs / state.threads;
     if (s.primaryMs > 0) s.mraysPerS = static_cast<double>(s.rays) * 1e-3 / s.primaryMs;
     if (s.rays > 0)
         s.stepsPerRay = static_cast<double>(figures.trace.steps) / static_cast<double>(s.rays);

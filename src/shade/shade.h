@@ -38,6 +38,7 @@ struct ShadeSettings {
 
 struct ShadeCounters {
     uint64_t shadowRays = 0;
+    double shadowMs = 0;  ///< casting them, in lit pictures
 };
 
 class HeightRamp;

@@ -2,6 +2,7 @@
 // Lit pictures: hits to ground, ground to shadow rays, and all of it to colour through the air.
 #include <algorithm>
 
+#include "base/stopwatch.h"
 #include "kernel/height.h"
 #include "shade/deferred.h"
 #include "shade/rules/lines.h"
@@ -69,9 +70,11 @@ void DeferredShader::shadeLit(const ImageTile& tile, Vec2 offset, std::span<cons
     }
     prepareLit(tile, offset, hits, scratch);
     if (light_.sun.g > 0 && settings_.options.shadows) {
+        const Stopwatch watch;
         TraceCounters traced;
         occluded(cut_, scratch.hits, scratch.rays, scratch.dark, traced);
         counters.shadowRays += traced.rays;
+        counters.shadowMs += watch.elapsedMs();
     }
     size_t k = 0;
     for (int y = 0; y < tile.height; ++y) {
