@@ -100,7 +100,8 @@ Result<void> addShading(const Terrain::State& state, const Sun& sun, Frame& fram
     settings.crsWkt = state.resident->info().crsWkt;
     settings.shading = frame.options.shading.value_or(state.photo ? Shading::Photo : Shading::Ramp);
     const Photo* photo = state.photo ? &*state.photo : nullptr;
-    auto shader = Shader::make(*state.resident, frame.cut.cut(), frame.rays, photo, settings);
+    auto shader = Shader::make(*state.resident, frame.cut.cut(), frame.rays, photo, settings,
+                               &state.shadeCache);
     if (!shader) return shader.error();
     frame.shader = std::move(*shader);
     const AnnotationContext context{frame.shader.get(), &frame.cut.cut()};

@@ -10,13 +10,14 @@
 
 #include "geo/frame.h"
 #include "raster/photo.h"
+#include "shade/shade_cache.h"
 #include "stream/cut.h"
 #include "stream/resident.h"
 #include "terray/terrain.h"
 
 namespace terray {
 
-/// const-shared, but for the arena, which is synchronised by itself.
+/// const-shared, but for arena and cache, which are synchronised by themselves.
 struct Terrain::State {
     SourceInfo facts;
     std::string dataCrsWkt;
@@ -25,6 +26,7 @@ struct Terrain::State {
     std::optional<Photo> photo;
     BuildStats build;               ///< loadMs: with header and photo
     int threads = 0;                ///< cores that work uses
+    mutable ShadeCache shadeCache;  ///< what pictures share
     mutable tbb::task_arena arena;  ///< all parallel work of this terrain runs in here
 
     /// Maps between the data's CRS, degrees and world; one for each caller (confined).

@@ -14,6 +14,7 @@
 #include "shade/plinth.h"
 #include "shade/ramp.h"
 #include "shade/shade.h"
+#include "shade/shade_cache.h"
 #include "shade/sky.h"
 #include "shade/sun_rays.h"
 
@@ -25,17 +26,17 @@ public:
     DeferredShader(const ResidentTerrain& terrain, const TerrainCut& cut, const RayFrame& rays,
                    const Photo* photo, const ShadeSettings& settings, const Background& background);
     /// Survey, ramp and sky light: what can fail or takes time.
-    Result<void> prepare();
+    Result<void> prepare(ShadeCache& cache);
 
     void shadeTile(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits, float weight,
                    std::span<Colour> sum, ShadeCounters& counters) const override;
     void toDisplay(std::span<const Colour> in, std::span<uint8_t> out) const override {
-        display_.apply(in, out);
+        display_->apply(in, out);
     }
     void fillAov(Aov aov, const ImageTile& tile, std::span<const Hit> hits,
                  std::span<float> out) const override;
     double skyMs() const override { return skyMs_; }
-    const HeightRamp* ramp() const override { return ramp_ ? &*ramp_ : nullptr; }
+    const HeightRamp* ramp() const override { return ramp_.get(); }
 
 private:
     /// A hit made ready for light.
@@ -99,15 +100,14 @@ private:
     SceneReach reach_;
     rules::Light light_;
     rules::Air air_;
-    DisplayCurve display_;
-    std::optional<HeightRamp> ramp_;
-    std::optional<SkyLight> sky_;
+    const DisplayCurve* display_;
+    std::shared_ptr<const HeightRamp> ramp_;
+    std::shared_ptr<const SkyLight> sky_;
     std::optional<Plinth> plinth_;
     const Photo* photo_ = nullptr;
-    std::optional<PhotoFilter> photoFilter_;
-    std::vector<float> sceneFromPhoto_;  ///< scene value that displays as a photo's linear value
-    float sampleShare_ = 1;              ///< width of a sample, in pixels
-    float modelling_ = 1;                ///< factor on the slopes that the sun models
+    std::shared_ptr<const PhotoFilter> photoFilter_;
+    float sampleShare_ = 1;  ///< width of a sample, in pixels
+    float modelling_ = 1;    ///< factor on the slopes that the sun models
     double skyMs_ = 0;
 };
 

@@ -17,6 +17,15 @@ DisplayCurve::DisplayCurve(bool shoulder) {
     }
 }
 
+const DisplayCurve& DisplayCurve::forPictures(bool shoulder) {
+    if (shoulder) {
+        static const DisplayCurve kLit(true);
+        return kLit;
+    }
+    static const DisplayCurve kFlat(false);
+    return kFlat;
+}
+
 uint8_t DisplayCurve::code(float scene) const {
     const float x =
         std::clamp(scene * (static_cast<float>(kSize) / kMost), 0.0f, static_cast<float>(kSize));

@@ -15,6 +15,8 @@ class DisplayCurve {
 public:
     /// With the shoulder for lit pictures, without it for inspection modes.
     explicit DisplayCurve(bool shoulder);
+    /// The one that is made once and shared.
+    static const DisplayCurve& forPictures(bool shoulder);
     void apply(std::span<const Colour> in, std::span<uint8_t> out) const;
 
 private:

@@ -42,15 +42,17 @@ struct ShadeCounters {
 };
 
 class HeightRamp;
+class ShadeCache;
 
 /// All that is prepared once per frame: ramp, sky-light field, photo mips, haze. const-shared.
 class Shader {
 public:
     /// `photo` may be null (required for Shading::Photo: Error Usage). Borrowed things outlive the
-    /// shader.
+    /// shader. `cache`: of this terrain and photo, for what need not be made again; null: none.
     static Result<std::unique_ptr<Shader>> make(const ResidentTerrain& terrain,
                                                 const TerrainCut& cut, const RayFrame& rays,
-                                                const Photo* photo, const ShadeSettings& settings);
+                                                const Photo* photo, const ShadeSettings& settings,
+                                                ShadeCache* cache = nullptr);
     virtual ~Shader() = default;
 
     /// Adds weight * colour of every pixel of the tile to `sum` (row by row). `offset` is the

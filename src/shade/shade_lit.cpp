@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Lit pictures: hits to ground, ground to shadow rays, and all of it to colour through the air.
 #include <algorithm>
+#include <array>
 
 #include "base/stopwatch.h"
 #include "kernel/height.h"
@@ -19,11 +20,19 @@ const Rgb kPlinth = rules::sceneFromCodes(198, 194, 187);
 const Rgb kContour = rules::sceneFromCodes(92, 68, 50);
 const Rgb kGridLine = rules::sceneFromCodes(36, 42, 52);
 
-float look(const std::vector<float>& table, float v) {
-    const float x = std::clamp(v, 0.0f, 1.0f) * static_cast<float>(table.size() - 1);
-    const size_t k = std::min(static_cast<size_t>(x), table.size() - 2);
+/// Scene value that displays as a photo's linear value: rules::sceneFromDisplay by table.
+float sceneFromPhoto(float v) {
+    constexpr size_t kLast = 1024;
+    static const std::array<float, kLast + 1> kTable = [] {
+        std::array<float, kLast + 1> table{};
+        for (size_t k = 0; k <= kLast; ++k)
+            table[k] = rules::sceneFromDisplay(static_cast<float>(k) / static_cast<float>(kLast));
+        return table;
+    }();
+    const float x = std::clamp(v, 0.0f, 1.0f) * static_cast<float>(kLast);
+    const size_t k = std::min(static_cast<size_t>(x), kLast - 1);
     const float f = x - static_cast<float>(k);
-    return table[k] + f * (table[k + 1] - table[k]);
+    return kTable[k] + f * (kTable[k + 1] - kTable[k]);
 }
 
 }  // namespace
@@ -189,8 +198,7 @@ Rgb DeferredShader::photoColour(const Ground& ground, const Rgb& light) const {
     Rgb colour{0.0f};
     if (photo.cover > 0) {
         const Rgb shown = photo.colour / photo.cover;
-        const Rgb scene{look(sceneFromPhoto_, shown.r), look(sceneFromPhoto_, shown.g),
-                        look(sceneFromPhoto_, shown.b)};
+        const Rgb scene{sceneFromPhoto(shown.r), sceneFromPhoto(shown.g), sceneFromPhoto(shown.b)};
         const auto relief = static_cast<float>(settings_.options.reliefOnPhotoPercent / 100.0);
         colour = scene * glm::mix(Rgb{1.0f}, light, relief) * photo.cover;
     }

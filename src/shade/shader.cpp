@@ -3,17 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/stopwatch.h"
 #include "shade/deferred.h"
 #include "shade/modes.h"
-#include "shade/overview.h"
 #include "shade/ramp_builtin.h"
 
 namespace terray {
 namespace {
-
-/// Posts of the overview that sky light and ramps are made from.
-constexpr int64_t kOverviewPosts = 2'000'000;
 
 /// Width that a sample stands for: the samples of a pixel share it, a little overlapping.
 float sampleShare(int samples) {
@@ -26,11 +21,10 @@ bool needsRamp(Shading shading) {
 
 /// Map makers model gentle ground more strongly than the sun does, so that plains still read. Only
 /// under the map maker's sun: with a time or a sun of the user's the light is the true one.
-float modellingFor(const Overview& view, const TerrainInfo& info, double exaggeration,
-                   const RenderOptions& options) {
+float modellingFor(double meanSlope, double exaggeration, const RenderOptions& options) {
     if (!options.time.empty() || options.sunAzElDeg) return 1.0f;
     constexpr double kWellModelled = 0.42, kMost = 2.5;
-    const double slope = std::max(meanSlope(view, info.worldFromLattice) * exaggeration, 1e-6);
+    const double slope = std::max(meanSlope * exaggeration, 1e-6);
     return static_cast<float>(std::clamp(std::sqrt(kWellModelled / slope), 1.0, kMost));
 }
 
@@ -44,7 +38,7 @@ bool needsFeet(const ShadeSettings& settings) {
 
 Result<std::unique_ptr<Shader>> Shader::make(const ResidentTerrain& terrain, const TerrainCut& cut,
                                              const RayFrame& rays, const Photo* photo,
-                                             const ShadeSettings& settings) {
+                                             const ShadeSettings& settings, ShadeCache* cache) {
     if (settings.shading == Shading::Photo && !photo)
         return makeError(ErrorCode::Usage,
                          "--shading photo needs a photo; give one with --photo RASTER");
@@ -52,7 +46,8 @@ Result<std::unique_ptr<Shader>> Shader::make(const ResidentTerrain& terrain, con
     if (!background) return background.error();
     auto shader =
         std::make_unique<DeferredShader>(terrain, cut, rays, photo, settings, *background);
-    if (auto prepared = shader->prepare(); !prepared) return prepared.error();
+    ShadeCache own;
+    if (auto prepared = shader->prepare(cache ? *cache : own); !prepared) return prepared.error();
     return std::unique_ptr<Shader>(std::move(shader));
 }
 
@@ -70,34 +65,27 @@ DeferredShader::DeferredShader(const ResidentTerrain& terrain, const TerrainCut&
       reach_(computeReach(rays.camera(), terrain.info(), rays.exaggeration())),
       light_(makeLight(settings.sun)),
       air_(makeAir(reach_, rays.camera(), settings)),
-      display_(isLit(settings.shading)),
+      display_(&DisplayCurve::forPictures(isLit(settings.shading))),
       photo_(photo),
       sampleShare_(sampleShare(settings.options.samples)) {}
 
-Result<void> DeferredShader::prepare() {
+Result<void> DeferredShader::prepare(ShadeCache& cache) {
     if (!isLit(settings_.shading)) return {};
     const TerrainInfo& info = terrain_.info();
-    Overview overview = makeOverview(cut_, info.scheme, kOverviewPosts);
-    if (settings_.options.base) plinth_.emplace(cut_, info, rays_, overview);
+    std::optional<Overview> overview;
+    if (settings_.options.base) {
+        overview = ShadeCache::overviewOf(cut_, info);
+        plinth_.emplace(cut_, info, rays_, *overview);
+    }
+    const auto survey = cache.survey(cut_, info, overview);
     if (needsRamp(settings_.shading)) {
-        const double cell = std::ldexp(info.worldFromLattice.columnLength(), overview.mip);
-        const HeightSurvey survey = surveyHeights(
-            {overview.heights, overview.width, cell, info.minZ, info.maxZ, !info.crsWkt.empty()});
-        auto ramp = HeightRamp::make(settings_.options.ramp, survey);
+        auto ramp = cache.ramp(settings_.options.ramp, survey->heights);
         if (!ramp) return ramp.error();
         ramp_ = std::move(*ramp);
     }
-    modelling_ = modellingFor(overview, info, rays_.exaggeration(), settings_.options);
-    Stopwatch watch;
-    sky_.emplace(std::move(overview), info.worldFromLattice, rays_.exaggeration());
-    skyMs_ = watch.elapsedMs();
-    if (settings_.shading == Shading::Photo) {
-        photoFilter_.emplace(*photo_);
-        constexpr size_t kEntries = 1025;
-        for (size_t k = 0; k < kEntries; ++k)
-            sceneFromPhoto_.push_back(
-                rules::sceneFromDisplay(static_cast<float>(k) / static_cast<float>(kEntries - 1)));
-    }
+    modelling_ = modellingFor(survey->meanSlope, rays_.exaggeration(), settings_.options);
+    sky_ = cache.skyLight(cut_, info, rays_.exaggeration(), overview, skyMs_);
+    if (settings_.shading == Shading::Photo) photoFilter_ = cache.photoFilter(*photo_);
     return {};
 }
 
