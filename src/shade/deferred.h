@@ -2,6 +2,7 @@
 // The one Shader: what a frame prepares, and its three jobs (lit pictures, inspection modes, AOVs).
 #pragma once
 
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "shade/ground.h"
 #include "shade/haze.h"
 #include "shade/light.h"
+#include "shade/lit_loops.h"
 #include "shade/photo_filter.h"
 #include "shade/plinth.h"
 #include "shade/ramp.h"
@@ -19,6 +21,27 @@
 #include "shade/sun_rays.h"
 
 namespace terray {
+
+/// The valid hits of a batch; where there is none, one of the others stands in.
+struct BatchHits {
+    std::array<Hit, kBatch> own;
+    std::span<const Hit> hits;
+    bool some = false, all = true;
+
+    explicit BatchHits(std::span<const Hit> given) {
+        const Hit* spare = nullptr;
+        for (const Hit& hit : given) {
+            if (isHit(hit)) spare = &hit;
+            all &= isHit(hit);
+        }
+        some = spare != nullptr;
+        hits = given;
+        if (!some || (all && given.size() == kBatch)) return;
+        for (size_t k = 0; k < kBatch; ++k)
+            own[k] = k < given.size() && isHit(given[k]) ? given[k] : *spare;
+        hits = own;
+    }
+};
 
 /// Made by Shader::make. const-shared: shading keeps its scratch per thread.
 class DeferredShader final : public Shader {
@@ -36,33 +59,40 @@ public:
     void fillAov(Aov aov, const ImageTile& tile, std::span<const Hit> hits,
                  std::span<float> out) const override;
     double skyMs() const override { return skyMs_; }
-    const HeightRamp* ramp() const override { return ramp_.get(); }
+    const HeightRamp* ramp() const override { return ramp_ ? &ramp_->heights : nullptr; }
 
 private:
-    /// A hit made ready for light.
-    struct Lit {
-        Ground ground;
-        glm::vec3 view;
-        float facing = 0;  ///< max(0, N.L)
-    };
-    /// Buffers that a thread keeps from tile to tile.
+    /// Buffers that a thread keeps from tile to tile; whole batches of pixels.
     struct Scratch {
-        std::vector<Lit> lit;
-        std::vector<Hit> hits;
+        size_t count = 0;
+        std::vector<float> planes;  ///< of LitPlanes, one after the other
+        std::vector<Hit> hits;      ///< where the sun may shine
         std::vector<Ray> rays;
         std::vector<uint8_t> dark;
         std::vector<Hit> carried;
+        void resize(size_t pixels);
+        LitPlanes planesFrom(size_t first);
     };
 
     // shade_lit.cpp
     void shadeLit(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits, float weight,
                   std::span<Colour> sum, ShadeCounters& counters) const;
-    void prepareLit(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
+    void shadeBatch(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits, size_t first,
                     Scratch& scratch) const;
-    rules::Rgb litColour(const Hit& hit, const Lit& lit, float sunlit) const;
-    rules::Rgb rampAlbedo(const Ground& ground) const;
-    rules::Rgb photoColour(const Ground& ground, const rules::Rgb& light) const;
-    float gridCover(const Hit& hit, const Ground& ground) const;
+    void lightAndShadowRays(const BatchHits& batch, Vec2 offset, std::span<const Hit> hits,
+                            size_t first, const GroundBatch& ground, LitBatch& lit,
+                            Scratch& scratch) const;
+    void colourBatch(std::span<const Hit> hits, const GroundBatch& ground, const LightBatch& light,
+                     LitBatch& lit) const;
+    void storeBatch(const BatchHits& batch, std::span<const Hit> hits, const ViewBatch& view,
+                    const LitBatch& lit, const LitPlanes& planes) const;
+    static void setPixel(const LitPlanes& planes, size_t k, const Colour& colour);
+    void addPlinth(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
+                   Scratch& scratch) const;
+    void rampBatch(const GroundBatch& ground, FloatsRgb& albedo) const;
+    void photoBatch(const GroundBatch& ground, FloatsRgb& own, FloatsRgb& albedo) const;
+    void contourBatch(const GroundBatch& ground, Floats& cover) const;
+    float gridCover(const Hit& hit, const GroundBatch& ground, int k) const;
     /// The hits on ground that the plinth carries: rays go on where they hit what stands over it.
     void cutOverhang(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
                      std::vector<Hit>& carried) const;
@@ -72,7 +102,9 @@ private:
     // shade_flat.cpp
     void shadeFlat(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits, float weight,
                    std::span<Colour> sum, ShadeCounters& counters) const;
-    rules::Rgb flatColour(const Hit& hit, double px, double py, ShadeCounters& counters) const;
+    rules::Rgb flatColour(const Hit& hit, double px, double py, const GroundBatch& ground, int k,
+                          ShadeCounters& counters) const;
+    bool flatNeedsGround() const;
     rules::Rgb shadowStepsColour(const Hit& hit, double px, double py,
                                  ShadeCounters& counters) const;
 
@@ -101,7 +133,7 @@ private:
     rules::Light light_;
     rules::Air air_;
     const DisplayCurve* display_;
-    std::shared_ptr<const HeightRamp> ramp_;
+    std::shared_ptr<const ShadeCache::Ramp> ramp_;
     std::shared_ptr<const SkyLight> sky_;
     std::optional<Plinth> plinth_;
     const Photo* photo_ = nullptr;

@@ -1,14 +1,167 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ray differentials on the tangent plane, and normals filtered to what they cover.
+// Ground at batches of hits: cells fetched from their tiles, then ray differentials on the tangent
+// plane, and normals filtered to what they cover.
 #include "shade/ground.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
+#include "base/assert.h"
+#include "base/simd_clones.h"
 #include "kernel/height.h"
+#include "shade/rules/footprint.h"
 #include "shade/rules/lines.h"
 
 namespace terray {
+namespace {
+
+/// Two neighbouring codes of a row as one word, the first in its low half.
+struct CodeWords {
+    Lanes<uint32_t> top, bottom;
+};
+
+/// Everything of a hit but its posts.
+const TileDesc& fetchPlace(const TerrainCut& cut, const Hit& hit, int k, CellBatch& c) {
+    const TileDesc& tile = cut.tiles[hit.tile];
+    c.x[k] = tile.x + static_cast<int32_t>(cellX(hit) << hit.mip);
+    c.y[k] = tile.y + static_cast<int32_t>(cellY(hit) << hit.mip);
+    c.u[k] = hit.u;
+    c.v[k] = hit.v;
+    c.size[k] = static_cast<float>(1u << hit.mip);
+    return tile;
+}
+
+uint64_t firstPost(const TileDesc& tile, const Hit& hit) {
+    return tile.posts + uint64_t{cellY(hit)} * kPostStride + cellX(hit);
+}
+
+TERRAY_SIMD_CLONES
+void splitCodes(const CodeWords& words, CellBatch& c) {
+    for (int k = 0; k < kBatch; ++k) {
+        const auto top = static_cast<int32_t>(words.top[k]);
+        const auto bottom = static_cast<int32_t>(words.bottom[k]);
+        c.h00[k] = static_cast<float>(top & 0xFFFF);
+        c.h10[k] = static_cast<float>((top >> 16) & 0xFFFF);
+        c.h01[k] = static_cast<float>(bottom & 0xFFFF);
+        c.h11[k] = static_cast<float>((bottom >> 16) & 0xFFFF);
+    }
+}
+
+void fetchCells(const TerrainCut& cut, const Hit* hits, CellBatch& c) {
+    if (cut.format == 1) {
+        for (int k = 0; k < kBatch; ++k) {
+            const TileDesc& tile = fetchPlace(cut, hits[k], k, c);
+            const float* posts = static_cast<const float*>(cut.posts) + firstPost(tile, hits[k]);
+            c.h00[k] = posts[0];
+            c.h10[k] = posts[1];
+            c.h01[k] = posts[kPostStride];
+            c.h11[k] = posts[kPostStride + 1];
+            c.z0[k] = 0.0f;
+            c.zStep[k] = 1.0f;
+        }
+        return;
+    }
+    CodeWords words;
+    for (int k = 0; k < kBatch; ++k) {
+        const TileDesc& tile = fetchPlace(cut, hits[k], k, c);
+        const uint16_t* codes = static_cast<const uint16_t*>(cut.posts) + firstPost(tile, hits[k]);
+        std::memcpy(&words.top[k], codes, sizeof(uint32_t));
+        std::memcpy(&words.bottom[k], codes + kPostStride, sizeof(uint32_t));
+        c.z0[k] = tile.z0;
+        c.zStep[k] = tile.zStep;
+    }
+    splitCodes(words, c);
+}
+
+/// The directions of a perspective (or, with steps of 0, ortho) camera.
+struct Lens {
+    float forward[3], right[3], up[3];  ///< of a pixel
+    float perPixel;
+};
+
+TERRAY_SIMD_CLONES
+void castView(const Lens& lens, ViewBatch& view) {
+    for (int k = 0; k < kBatch; ++k) {
+        const float a = view.fromCentreX[k], b = view.fromCentreY[k];
+        const float x = lens.forward[0] + lens.right[0] * a + lens.up[0] * b;
+        const float y = lens.forward[1] + lens.right[1] * a + lens.up[1] * b;
+        const float z = lens.forward[2] + lens.right[2] * a + lens.up[2] * b;
+        const float perUnit = 1.0f / std::sqrt(x * x + y * y + z * z);
+        view.direction.x[k] = x * perUnit;
+        view.direction.y[k] = y * perUnit;
+        view.direction.z[k] = z * perUnit;
+        view.step[k] = lens.perPixel * perUnit;
+    }
+}
+
+/// What the loops below read of a sampler.
+struct Sampler {
+    float xi, xj, yi, yj;  ///< world from lattice gradients
+    float exaggeration, share, perCellArea;
+    float fixedArea;  ///< ortho: of a pixel; else 0
+};
+
+/// Place, height and footprint; `lattice` becomes the gradient of the drawn cell per mip-0 cell.
+TERRAY_SIMD_CLONES
+void place(const Sampler& s, const CellBatch& c, const ViewBatch& view, GroundBatch& g,
+           Floats2& lattice) {
+    for (int k = 0; k < kBatch; ++k) {
+        const auto size = static_cast<double>(c.size[k]);
+        g.i[k] = static_cast<double>(c.x[k]) + static_cast<double>(c.u[k]) * size;
+        g.j[k] = static_cast<double>(c.y[k]) + static_cast<double>(c.v[k]) * size;
+    }
+    for (int k = 0; k < kBatch; ++k) {
+        const float u = c.u[k], v = c.v[k];
+        const float h00 = c.h00[k], h10 = c.h10[k], h01 = c.h01[k], h11 = c.h11[k];
+        const float upper = h00 * (1 - u) + h10 * u, lower = h01 * (1 - u) + h11 * u;
+        g.height[k] = c.z0[k] + c.zStep[k] * (upper * (1 - v) + lower * v);
+        const float perCell = c.zStep[k] / c.size[k];
+        lattice.x[k] = perCell * ((h10 - h00) * (1 - v) + (h11 - h01) * v);
+        lattice.y[k] = perCell * ((h01 - h00) * (1 - u) + (h11 - h10) * u);
+        const float planeX = s.exaggeration * (s.xi * lattice.x[k] + s.xj * lattice.y[k]);
+        const float planeY = s.exaggeration * (s.yi * lattice.x[k] + s.yj * lattice.y[k]);
+        const float step = g.distance[k] * view.step[k];
+        g.footprint[k] =
+            rules::footprint(s.fixedArea + step * step, view.direction.x[k], view.direction.y[k],
+                             view.direction.z[k], planeX, planeY, s.share, s.perCellArea);
+    }
+}
+
+TERRAY_SIMD_CLONES
+void orient(const Sampler& s, const Floats2& lattice, GroundBatch& g) {
+    for (int k = 0; k < kBatch; ++k) {
+        const float x = s.xi * lattice.x[k] + s.xj * lattice.y[k];
+        const float y = s.yi * lattice.x[k] + s.yj * lattice.y[k];
+        const float nx = -s.exaggeration * x, ny = -s.exaggeration * y;
+        const float perLength = 1.0f / std::sqrt(nx * nx + ny * ny + 1.0f);
+        g.gradient.x[k] = x;
+        g.gradient.y[k] = y;
+        g.normal.x[k] = nx * perLength;
+        g.normal.y[k] = ny * perLength;
+        g.normal.z[k] = perLength;
+    }
+}
+
+/// Moves of the pixel, along the ray onto the tangent plane.
+TERRAY_SIMD_CLONES
+void stand(const Sampler& s, const ViewBatch& view, const Floats3& right, const Floats3& down,
+           GroundBatch& g) {
+    for (int k = 0; k < kBatch; ++k) {
+        const float nx = g.normal.x[k], ny = g.normal.y[k], nz = g.normal.z[k];
+        const float dx = view.direction.x[k], dy = view.direction.y[k], dz = view.direction.z[k];
+        const float step = s.fixedArea > 0 ? 1.0f : g.distance[k] * view.step[k];
+        const float scale = step / rules::keptFacing(nx * dx + ny * dy + nz * dz);
+        const float a = scale * (nx * right.x[k] + ny * right.y[k] + nz * right.z[k]);
+        const float b = scale * (nx * down.x[k] + ny * down.y[k] + nz * down.z[k]);
+        g.footX.x[k] = step * right.x[k] - dx * a;
+        g.footX.y[k] = step * right.y[k] - dy * a;
+        g.footY.x[k] = step * down.x[k] - dx * b;
+        g.footY.y[k] = step * down.y[k] - dy * b;
+    }
+}
+
+}  // namespace
 
 CellPosts cellPosts(const TerrainCut& cut, const Hit& hit) {
     const TileDesc& tile = cut.tiles[hit.tile];
@@ -42,85 +195,92 @@ GroundSampler::GroundSampler(const TerrainCut& cut, const TerrainInfo& info, con
     }
 }
 
-GroundSampler::PixelRay GroundSampler::pixelRay(double px, double py, float t) const {
-    const auto fromCentreX = static_cast<float>(px - 0.5 * camera_.width) * perPixelX_;
-    const auto fromCentreY = static_cast<float>(0.5 * camera_.height - py) * perPixelY_;
-    switch (camera_.projection) {
-        case Projection::Ortho:
-            return {forward_, right_ * perPixelX_, up_ * -perPixelY_, perPixelX_ * perPixelY_};
-        case Projection::Panorama: {
-            const float azimuth = static_cast<float>(camera_.heading) + fromCentreX;
-            const float s = std::sin(azimuth), c = std::cos(azimuth);
-            const glm::vec3 ray{s, c, static_cast<float>(std::tan(camera_.pitch)) + fromCentreY};
-            const float perUnit = 1.0f / glm::length(ray), step = t * perPixelX_ * perUnit;
-            return {ray * perUnit, glm::vec3{c, -s, 0} * step, glm::vec3{0, 0, -step}, step * step};
+void GroundSampler::lookThrough(ViewBatch& view) const {
+    if (camera_.projection == Projection::Panorama) {
+        for (int k = 0; k < kBatch; ++k) {
+            const float azimuth =
+                static_cast<float>(camera_.heading) + view.fromCentreX[k] * perPixelX_;
+            const float rise =
+                static_cast<float>(std::tan(camera_.pitch)) + view.fromCentreY[k] * perPixelY_;
+            const float perUnit = 1.0f / std::sqrt(1.0f + rise * rise);
+            view.direction.x[k] = std::sin(azimuth) * perUnit;
+            view.direction.y[k] = std::cos(azimuth) * perUnit;
+            view.direction.z[k] = rise * perUnit;
+            view.step[k] = perPixelX_ * perUnit;
         }
-        case Projection::Perspective: break;
+        return;
     }
-    const glm::vec3 ray = forward_ + right_ * fromCentreX + up_ * fromCentreY;
-    const float perUnit = 1.0f / glm::length(ray), step = t * perPixelX_ * perUnit;
-    return {ray * perUnit, right_ * step, up_ * -step, step * step};
+    const bool ortho = camera_.projection == Projection::Ortho;
+    const glm::vec3 right = ortho ? glm::vec3{0} : right_ * perPixelX_;
+    const glm::vec3 up = ortho ? glm::vec3{0} : up_ * perPixelY_;
+    castView({{forward_.x, forward_.y, forward_.z},
+              {right.x, right.y, right.z},
+              {up.x, up.y, up.z},
+              ortho ? 0.0f : perPixelX_},
+             view);
 }
 
 glm::vec3 GroundSampler::viewAt(double px, double py) const {
-    return pixelRay(px, py, 0).direction;
-}
-
-glm::vec2 GroundSampler::onGround(const PixelRay& ray, const glm::vec3& normal,
-                                  const glm::vec3& move) {
-    constexpr float kGrazing = 0.06f;  // a flatter look covers no more ground than this one
-    float facing = glm::dot(normal, ray.direction);
-    if (std::abs(facing) < kGrazing) facing = facing < 0 ? -kGrazing : kGrazing;
-    const glm::vec3 slid = move - ray.direction * (glm::dot(normal, move) / facing);
-    return {slid.x, slid.y};
+    const WorldRay ray = camera_.rayThrough(px, py);
+    return glm::vec3(ray.direction);
 }
 
 /// Constant cells are blocks with flat tops and upright walls, as far as they can be told apart:
 /// where a sample covers more than one, their mean slope shows.
-void GroundSampler::asBlock(const Hit& hit, const PixelRay& ray, double px, double py,
-                            Ground& ground) const {
+void GroundSampler::asBlock(const Hit& hit, const ViewBatch& view, const CellBatch& cells, int k,
+                            GroundBatch& ground) const {
     const bool wall = (hit.flags & kHitStrip) != 0;
-    if (wall)
-        ground.height = static_cast<float>(
-            RayFrame::heightAt(rays_.rayThrough(px, py), static_cast<double>(hit.t)));
-    const auto size = static_cast<float>(1u << hit.mip);
-    const float mean = rules::smoothStep(0.5f, 1.5f, ground.footprint / size);
-    const glm::vec3 own =
-        wall ? glm::vec3(rays_.wallNormal(hit, Vec3(ray.direction))) : glm::vec3{0, 0, 1};
-    ground.gradient *= mean;
-    ground.normal = glm::normalize(glm::mix(own, ground.normal, mean));
+    const float upper = cells.u[k] < 0.5f ? cells.h00[k] : cells.h10[k];
+    const float lower = cells.u[k] < 0.5f ? cells.h01[k] : cells.h11[k];
+    ground.height[k] = cells.z0[k] + cells.zStep[k] * (cells.v[k] < 0.5f ? upper : lower);
+    if (wall) {
+        const Ray ray =
+            rays_.rayThrough(static_cast<double>(view.fromCentreX[k]) + 0.5 * camera_.width,
+                             0.5 * camera_.height - static_cast<double>(view.fromCentreY[k]));
+        ground.height[k] = static_cast<float>(RayFrame::heightAt(ray, static_cast<double>(hit.t)));
+    }
+    const float mean = rules::smoothStep(0.5f, 1.5f, ground.footprint[k] / cells.size[k]);
+    const Vec3 towards{view.direction.x[k], view.direction.y[k], view.direction.z[k]};
+    const glm::vec3 own = wall ? glm::vec3(rays_.wallNormal(hit, towards)) : glm::vec3{0, 0, 1};
+    const glm::vec3 smooth{ground.normal.x[k], ground.normal.y[k], ground.normal.z[k]};
+    const glm::vec3 normal = glm::normalize(glm::mix(own, smooth, mean));
+    ground.gradient.x[k] *= mean;
+    ground.gradient.y[k] *= mean;
+    ground.normal.x[k] = normal.x;
+    ground.normal.y[k] = normal.y;
+    ground.normal.z[k] = normal.z;
 }
 
-Ground GroundSampler::at(const Hit& hit, double px, double py) const {
-    const TileDesc& tile = cut_.tiles[hit.tile];
-    const auto size = static_cast<double>(1u << hit.mip);
-    Ground ground;
-    ground.i = tile.x + (static_cast<double>(cellX(hit)) + static_cast<double>(hit.u)) * size;
-    ground.j = tile.y + (static_cast<double>(cellY(hit)) + static_cast<double>(hit.v)) * size;
-    ground.distance = hit.t;
-    const CellPosts posts = cellPosts(cut_, hit);
-    ground.height = cut_.surface == kSurfaceConstant ? posts.nearest(hit.u, hit.v)
-                                                     : posts.heightAt(hit.u, hit.v);
-    const PixelRay ray = pixelRay(px, py, hit.t);
-
-    // How wide to filter: the ground that a sample covers, seen against the drawn cell's own plane,
-    // not wider than a few pixels where the look is grazing.
-    glm::vec2 lattice = posts.gradientAt(hit.u, hit.v) / static_cast<float>(size);
-    const glm::vec2 plane = exaggeration_ * worldGradient(lattice);
-    const float down =
-        std::abs(ray.direction.z - plane.x * ray.direction.x - plane.y * ray.direction.y);
-    const float least = 0.15f * (1.0f + std::max(std::abs(plane.x), std::abs(plane.y)));
-    const float covered = ray.area / std::max(down, least);
-    ground.footprint = footprintShare_ * std::sqrt(covered * perCellArea_);
+void GroundSampler::at(std::span<const Hit> hits, ViewBatch& view, GroundBatch& ground) const {
+    TERRAY_ASSERT(hits.size() == kBatch);
+    CellBatch cells;
+    Floats2 lattice;
+    fetchCells(cut_, hits.data(), cells);
+    for (int k = 0; k < kBatch; ++k) ground.distance[k] = hits[static_cast<size_t>(k)].t;
+    const bool ortho = camera_.projection == Projection::Ortho;
+    const Sampler sampler{
+        gradientXi_,   gradientXj_,     gradientYi_,  gradientYj_,
+        exaggeration_, footprintShare_, perCellArea_, ortho ? perPixelX_ * perPixelY_ : 0.0f};
+    place(sampler, cells, view, ground, lattice);
     filtered_.at(ground.i, ground.j, ground.footprint, lattice);
-
-    ground.gradient = worldGradient(lattice);
-    ground.normal = pictureNormal(ground.gradient);
-    if (cut_.surface == kSurfaceConstant) asBlock(hit, ray, px, py, ground);
-    if (!withFeet_) return ground;
-    ground.footX = onGround(ray, ground.normal, ray.right);
-    ground.footY = onGround(ray, ground.normal, ray.down);
-    return ground;
+    orient(sampler, lattice, ground);
+    if (cut_.constantSurface)
+        for (int k = 0; k < kBatch; ++k)
+            asBlock(hits[static_cast<size_t>(k)], view, cells, k, ground);
+    if (!withFeet_) return;
+    Floats3 right, down;
+    const float scaleX = ortho ? perPixelX_ : 1.0f, scaleY = ortho ? perPixelY_ : 1.0f;
+    for (int k = 0; k < kBatch; ++k) {
+        glm::vec3 r = right_ * scaleX, d = up_ * -scaleY;
+        if (camera_.projection == Projection::Panorama) {
+            const float x = view.direction.x[k], y = view.direction.y[k];
+            r = glm::vec3{y, -x, 0} / std::sqrt(x * x + y * y);
+            d = {0, 0, -1};
+        }
+        right.x[k] = r.x, right.y[k] = r.y, right.z[k] = r.z;
+        down.x[k] = d.x, down.y[k] = d.y, down.z[k] = d.z;
+    }
+    stand(sampler, view, right, down, ground);
 }
 
 }  // namespace terray

@@ -6,6 +6,7 @@
 #include <glm/vec2.hpp>
 
 #include "kernel/layout/layout.h"
+#include "shade/batch.h"
 #include "tile/tile_id.h"
 
 namespace terray {
@@ -19,10 +20,16 @@ public:
     /// in mip-0 cells. False where no mip has a surface there (a hole): `gradient` is untouched.
     bool at(double i, double j, float footprint, glm::vec2& gradient) const;
 
+    /// The same at kBatch places, most of them in SIMD.
+    void at(const Doubles& i, const Doubles& j, const Floats& footprint, Floats2& gradient) const;
+
     /// Gradient of one mip by the cubic B-spline through central differences.
     bool ofMip(int mip, double i, double j, glm::vec2& gradient) const;
 
 private:
+    struct Patches;
+    void fetch(const Ints& mip, const Floats& share, const Doubles& i, const Doubles& j,
+               Patches& patches, Lanes<uint8_t>& rest) const;
     bool gather(int mip, int64_t column, int64_t row, float (&z)[4][4]) const;
     float postAt(int mip, int64_t i, int64_t j) const;
 

@@ -161,8 +161,6 @@ Tint HeightRamp::Table::at(float height) const {
 }
 
 Tint HeightRamp::at(float height) const {
-    // A quarter of a metre keeps beaches of whole-metre data from growing a pixel into the land.
-    constexpr float kShore = 0.25f;
     if (!sea_.tints.empty() && height < kShore) return sea_.at(height);
     return land_.at(height);
 }

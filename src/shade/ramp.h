@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "shade/batch.h"
 #include "shade/rules/colour.h"
 #include "shade/shade.h"
 
@@ -60,6 +61,9 @@ public:
     float maxZ() const { return maxZ_; }
 
 private:
+    friend class TintTable;
+    /// A quarter of a metre keeps beaches of whole-metre data from growing a pixel into the land.
+    static constexpr float kShore = 0.25f;
     struct Table {
         float from = 0, perMetre = 0;
         std::vector<Tint> tints;
@@ -67,6 +71,25 @@ private:
     };
     Table land_, sea_;  ///< sea_ is empty unless the survey says sea
     float minZ_ = 0, maxZ_ = 1;
+};
+
+/// A ramp on ground of one colour, as batches read it: 16-bit fixed point, linear between entries.
+/// const-shared.
+class TintTable {
+public:
+    /// `bare` shows where a colour file's ramp has no cover.
+    TintTable(const HeightRamp& ramp, const rules::Rgb& bare);
+    void at(const Floats& height, FloatsRgb& colour, Floats& rock) const;
+
+private:
+    struct Part {
+        float from = 0, perMetre = 0, last = 0;
+        int32_t first = 0;
+    };
+    Part append(const HeightRamp::Table& table, const rules::Rgb& bare);
+    std::vector<uint16_t> codes_;  ///< r, g, b, rock
+    Part land_, sea_;
+    float shore_;  ///< below it the sea's part holds
 };
 
 }  // namespace terray

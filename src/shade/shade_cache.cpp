@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "base/stopwatch.h"
+#include "shade/light.h"
 #include "shade/ramp_builtin.h"
 
 namespace terray {
@@ -81,15 +82,16 @@ std::shared_ptr<const PhotoFilter> ShadeCache::photoFilter(const Photo& photo) {
     return photo_;
 }
 
-Result<std::shared_ptr<const HeightRamp>> ShadeCache::ramp(const std::string& nameOrFile,
-                                                           const HeightSurvey& survey) {
+Result<std::shared_ptr<const ShadeCache::Ramp>> ShadeCache::ramp(const std::string& nameOrFile,
+                                                                 const HeightSurvey& survey) {
     const bool kept = nameOrFile.empty() || findBuiltinRamp(nameOrFile) != nullptr;
     const std::lock_guard lock(mutex_);
     if (const auto found = ramps_.find(nameOrFile); kept && found != ramps_.end())
         return found->second;
     auto made = HeightRamp::make(nameOrFile, survey);
     if (!made) return made.error();
-    auto ramp = std::make_shared<const HeightRamp>(std::move(*made));
+    const TintTable tints(*made, kClay);
+    auto ramp = std::make_shared<const Ramp>(Ramp{std::move(*made), tints});
     if (kept) ramps_[nameOrFile] = ramp;
     return ramp;
 }

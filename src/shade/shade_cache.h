@@ -32,9 +32,14 @@ public:
                                              double exaggeration, std::optional<Overview>& overview,
                                              double& madeMs);
     std::shared_ptr<const PhotoFilter> photoFilter(const Photo& photo);
+    /// A ramp, and how it looks on plain ground.
+    struct Ramp {
+        HeightRamp heights;
+        TintTable tints;
+    };
     /// Ramps from files are read again each time: a file may change.
-    Result<std::shared_ptr<const HeightRamp>> ramp(const std::string& nameOrFile,
-                                                   const HeightSurvey& survey);
+    Result<std::shared_ptr<const Ramp>> ramp(const std::string& nameOrFile,
+                                             const HeightSurvey& survey);
 
     /// The grid that all of the above is made from.
     static Overview overviewOf(const TerrainCut& cut, const TerrainInfo& info);
@@ -48,7 +53,7 @@ private:
     std::shared_ptr<const Survey> survey_;
     std::list<SkyOf> skies_;  ///< the latest first; few, since each takes megabytes
     std::shared_ptr<const PhotoFilter> photo_;
-    std::map<std::string, std::shared_ptr<const HeightRamp>> ramps_;
+    std::map<std::string, std::shared_ptr<const Ramp>> ramps_;
 };
 
 }  // namespace terray

@@ -12,53 +12,79 @@ namespace terray {
 
 using rules::Rgb;
 
+bool DeferredShader::flatNeedsGround() const {
+    switch (settings_.shading) {
+        case Shading::Hillshade:
+        case Shading::Slope:
+        case Shading::Normal:
+        case Shading::Height: return true;
+        default: return settings_.options.contoursM > 0;
+    }
+}
+
 void DeferredShader::shadeFlat(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
                                float weight, std::span<Colour> sum, ShadeCounters& counters) const {
-    size_t k = 0;
-    for (int y = 0; y < tile.height; ++y) {
-        const double py = tile.y + y + offset.y;
-        for (int x = 0; x < tile.width; ++x, ++k) {
-            const double px = tile.x + x + offset.x;
+    const auto width = static_cast<size_t>(tile.width);
+    GroundBatch ground{};
+    for (size_t first = 0; first < hits.size(); first += kBatch) {
+        const size_t count = std::min<size_t>(kBatch, hits.size() - first);
+        const BatchHits batch(hits.subspan(first, count));
+        const auto pixelOf = [&](size_t k) {
+            const size_t at = first + std::min(k, count - 1);
+            return Vec2{tile.x + static_cast<double>(at % width) + offset.x,
+                        tile.y + static_cast<double>(at / width) + offset.y};
+        };
+        if (batch.some && flatNeedsGround()) {
+            ViewBatch view;
+            for (int k = 0; k < kBatch; ++k) {
+                const Vec2 pixel = pixelOf(static_cast<size_t>(k));
+                view.setPixel(k, rays_.camera(), pixel.x, pixel.y);
+            }
+            ground_.lookThrough(view);
+            ground_.at(batch.hits, view, ground);
+        }
+        for (size_t k = 0; k < count; ++k) {
+            const Vec2 pixel = pixelOf(k);
+            const Hit& hit = hits[first + k];
             Colour add;
-            if (isHit(hits[k])) {
-                const Rgb c = flatColour(hits[k], px, py, counters);
+            if (isHit(hit)) {
+                const Rgb c =
+                    flatColour(hit, pixel.x, pixel.y, ground, static_cast<int>(k), counters);
                 add = {c.r, c.g, c.b, 1.0f};
             } else {
-                add = missColour(ground_.viewAt(px, py));
+                add = missColour(ground_.viewAt(pixel.x, pixel.y));
             }
-            sum[k].r += weight * add.r;
-            sum[k].g += weight * add.g;
-            sum[k].b += weight * add.b;
-            sum[k].a += weight * add.a;
+            Colour& out = sum[first + k];
+            out.r += weight * add.r;
+            out.g += weight * add.g;
+            out.b += weight * add.b;
+            out.a += weight * add.a;
         }
     }
 }
 
-Rgb DeferredShader::flatColour(const Hit& hit, double px, double py,
-                               ShadeCounters& counters) const {
+/// `ground` holds the hit in lane k if flatNeedsGround().
+Rgb DeferredShader::flatColour(const Hit& hit, double px, double py, const GroundBatch& ground,
+                               int k, ShadeCounters& counters) const {
     const auto far01 = [&](float metres) {
         return (metres - reach_.nearest) / std::max(reach_.farthest - reach_.nearest, 1e-3f);
     };
     Rgb colour{0.0f};
-    Ground ground;
-    const bool contours = settings_.options.contoursM > 0;
-    if (contours || settings_.shading == Shading::Hillshade ||
-        settings_.shading == Shading::Slope || settings_.shading == Shading::Normal ||
-        settings_.shading == Shading::Height)
-        ground = ground_.at(hit, px, py);
+    const glm::vec3 normal{ground.normal.x[k], ground.normal.y[k], ground.normal.z[k]};
+    const glm::vec2 gradient{ground.gradient.x[k], ground.gradient.y[k]};
     switch (settings_.shading) {
         case Shading::Hillshade:
-            colour = grey(std::min(1.0f, 0.08f + 1.36f * rules::multiHillshade(ground.normal)));
+            colour = grey(std::min(1.0f, 0.08f + 1.36f * rules::multiHillshade(normal)));
             break;
         case Shading::Slope:
-            colour = slopeColour(
-                static_cast<float>(degFromRad(static_cast<double>(std::atan(ground.slope())))));
+            colour = slopeColour(static_cast<float>(
+                degFromRad(static_cast<double>(std::atan(glm::length(gradient))))));
             break;
-        case Shading::Normal: colour = normalColour(ground.normal); break;
+        case Shading::Normal: colour = normalColour(normal); break;
         case Shading::Height: {
             const TerrainInfo& info = terrain_.info();
-            colour =
-                scaleColour((ground.height - info.minZ) / std::max(info.maxZ - info.minZ, 1e-3f));
+            colour = scaleColour((ground.height[k] - info.minZ) /
+                                 std::max(info.maxZ - info.minZ, 1e-3f));
             break;
         }
         case Shading::Depth: {
@@ -75,12 +101,10 @@ Rgb DeferredShader::flatColour(const Hit& hit, double px, double py,
         case Shading::Shadow: colour = shadowStepsColour(hit, px, py, counters); break;
         default: break;
     }
-    if (contours) {
-        const float perPixel = glm::length(glm::vec2{glm::dot(ground.gradient, ground.footX),
-                                                     glm::dot(ground.gradient, ground.footY)});
-        colour *=
-            1.0f - 0.8f * rules::contourCover(ground.height, perPixel,
-                                              static_cast<float>(settings_.options.contoursM));
+    if (settings_.options.contoursM > 0) {
+        Floats cover;
+        contourBatch(ground, cover);
+        colour *= 1.0f - 0.8f * cover[k];
     }
     return colour;
 }

@@ -2,6 +2,7 @@
 // Lit pictures: hits to ground, ground to shadow rays, and all of it to colour through the air.
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "base/stopwatch.h"
 #include "kernel/height.h"
@@ -15,7 +16,6 @@ using rules::Rgb;
 namespace {
 
 const Rgb kRock = rules::sceneFromCodes(136, 131, 123);
-const Rgb kClay = rules::sceneFromCodes(217, 215, 211);
 const Rgb kPlinth = rules::sceneFromCodes(198, 194, 187);
 const Rgb kContour = rules::sceneFromCodes(92, 68, 50);
 const Rgb kGridLine = rules::sceneFromCodes(36, 42, 52);
@@ -37,37 +37,19 @@ float sceneFromPhoto(float v) {
 
 }  // namespace
 
-void DeferredShader::prepareLit(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
-                                Scratch& scratch) const {
-    const size_t count = hits.size();
-    scratch.lit.resize(count);
-    scratch.hits.resize(count);
-    scratch.rays.resize(count);
-    scratch.dark.assign(count, 0);
-    const bool sun = light_.sun.g > 0;
-    const bool shadows = sun && settings_.options.shadows;
-    const bool soft = settings_.options.samples > 1;
-    const Vec2 onDisc = soft ? 2.0 * (offset - Vec2{0.5, 0.5}) : Vec2{0, 0};
-    size_t k = 0;
-    for (int y = 0; y < tile.height; ++y) {
-        const double py = tile.y + y + offset.y;
-        for (int x = 0; x < tile.width; ++x, ++k) {
-            const Hit& hit = hits[k];
-            scratch.hits[k].flags = 0;
-            if (!isHit(hit)) continue;
-            Lit& lit = scratch.lit[k];
-            lit.ground = ground_.at(hit, tile.x + x + offset.x, py);
-            lit.facing = 0;
-            if (!sun) continue;
-            const Ground& g = lit.ground;
-            const glm::vec3 modelled = glm::normalize(
-                glm::vec3{g.normal.x * modelling_, g.normal.y * modelling_, g.normal.z});
-            lit.facing = std::max(0.0f, glm::dot(modelled, sunRays_.towardsAt(g.i, g.j)));
-            if (!shadows || lit.facing <= 0) continue;
-            scratch.hits[k] = hit;
-            scratch.rays[k] = sunRays_.from(g.i, g.j, static_cast<double>(g.height), onDisc);
-        }
-    }
+void DeferredShader::Scratch::resize(size_t pixels) {
+    count = (pixels + kBatch - 1) / kBatch * kBatch;
+    planes.resize(count * 7);
+    hits.resize(count);
+    rays.resize(count);
+    dark.assign(count, 0);
+}
+
+LitPlanes DeferredShader::Scratch::planesFrom(size_t first) {
+    const auto plane = [&](size_t n) {
+        return std::span<float>(planes).subspan(n * count + first, count - first);
+    };
+    return {{plane(0), plane(1), plane(2)}, {plane(3), plane(4), plane(5)}, plane(6)};
 }
 
 void DeferredShader::shadeLit(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
@@ -77,7 +59,10 @@ void DeferredShader::shadeLit(const ImageTile& tile, Vec2 offset, std::span<cons
         cutOverhang(tile, offset, hits, scratch.carried);
         hits = scratch.carried;
     }
-    prepareLit(tile, offset, hits, scratch);
+    scratch.resize(hits.size());
+    for (size_t first = 0; first < hits.size(); first += kBatch)
+        shadeBatch(tile, offset, hits, first, scratch);
+    if (plinth_) addPlinth(tile, offset, hits, scratch);
     if (light_.sun.g > 0 && settings_.options.shadows) {
         const Stopwatch watch;
         TraceCounters traced;
@@ -85,47 +70,135 @@ void DeferredShader::shadeLit(const ImageTile& tile, Vec2 offset, std::span<cons
         counters.shadowRays += traced.rays;
         counters.shadowMs += watch.elapsedMs();
     }
-    size_t k = 0;
-    for (int y = 0; y < tile.height; ++y) {
-        for (int x = 0; x < tile.width; ++x, ++k) {
-            const double px = tile.x + x + offset.x, py = tile.y + y + offset.y;
-            Colour add;
-            if (const auto base = plinthColour(hits[k], px, py)) {
-                add = {base->r, base->g, base->b, 1.0f};
-            } else if (isHit(hits[k])) {
-                const Rgb c = litColour(hits[k], scratch.lit[k], scratch.dark[k] ? 0.0f : 1.0f);
-                add = {c.r, c.g, c.b, 1.0f};
-            } else {
-                add = missColour(ground_.viewAt(px, py));
-            }
-            sum[k].r += weight * add.r;
-            sum[k].g += weight * add.g;
-            sum[k].b += weight * add.b;
-            sum[k].a += weight * add.a;
-        }
+    addPlanes(scratch.planesFrom(0), scratch.dark, weight, sum);
+}
+
+void DeferredShader::shadeBatch(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
+                                size_t first, Scratch& scratch) const {
+    const size_t count = std::min<size_t>(kBatch, hits.size() - first);
+    const auto width = static_cast<size_t>(tile.width);
+    ViewBatch view;
+    size_t x = first % width, y = first / width;
+    for (int k = 0; k < kBatch; ++k) {
+        view.setPixel(k, rays_.camera(), tile.x + static_cast<double>(x) + offset.x,
+                      tile.y + static_cast<double>(y) + offset.y);
+        if (static_cast<size_t>(k) + 1 < count && ++x == width) x = 0, ++y;
+    }
+    ground_.lookThrough(view);
+    const BatchHits batch(hits.subspan(first, count));
+    LitBatch lit;
+    GroundBatch ground;
+    if (batch.some) {
+        ground_.at(batch.hits, view, ground);
+        lightAndShadowRays(batch, offset, hits.subspan(first, count), first, ground, lit, scratch);
+    } else {
+        for (size_t k = 0; k < kBatch; ++k) scratch.hits[first + k].flags = 0;
+    }
+    storeBatch(batch, hits.subspan(first, count), view, lit, scratch.planesFrom(first));
+}
+
+/// Colours of a batch in light, and the rays that find out where the sun reaches it.
+void DeferredShader::lightAndShadowRays(const BatchHits& batch, Vec2 offset,
+                                        std::span<const Hit> hits, size_t first,
+                                        const GroundBatch& ground, LitBatch& lit,
+                                        Scratch& scratch) const {
+    Floats facing{}, openSky;
+    const bool sun = light_.sun.g > 0;
+    if (sun) sunRays_.facing(ground, modelling_, facing);
+    sky_->at(ground.i, ground.j, ground.footprint, openSky);
+    LightBatch light;
+    lightBatch(light_, facing, openSky, ground, light);
+    colourBatch(batch.hits, ground, light, lit);
+    hazeBatch(air_, ground.distance, lit);
+    if (!sun || !settings_.options.shadows) return;
+    const bool soft = settings_.options.samples > 1;
+    const Ray pattern = sunRays_.pattern(soft ? 2.0 * (offset - Vec2{0.5, 0.5}) : Vec2{0, 0});
+    for (size_t k = 0; k < kBatch; ++k) {
+        Hit& hit = scratch.hits[first + k];
+        const int lane = static_cast<int>(k);
+        hit.flags = 0;
+        if (k >= hits.size() || !isHit(hits[k]) || facing[lane] <= 0) continue;
+        hit = hits[k];
+        scratch.rays[first + k] = pattern;
+        sunRays_.place(ground.i[lane], ground.j[lane], static_cast<double>(ground.height[lane]),
+                       scratch.rays[first + k]);
     }
 }
 
-Rgb DeferredShader::litColour(const Hit& hit, const Lit& lit, float sunlit) const {
-    const Ground& ground = lit.ground;
-    const float openSky = sky_->at(ground.i, ground.j, ground.footprint);
-    const Rgb light = rules::lightOn(light_, lit.facing, sunlit, openSky, ground.normal.z);
-    Rgb colour;
+void DeferredShader::colourBatch(std::span<const Hit> hits, const GroundBatch& ground,
+                                 const LightBatch& light, LitBatch& lit) const {
+    FloatsRgb own{}, albedo;
     switch (settings_.shading) {
-        case Shading::Photo: colour = photoColour(ground, light); break;
-        case Shading::Light: colour = kClay * light; break;
-        default: colour = rampAlbedo(ground) * light; break;
+        case Shading::Photo: photoBatch(ground, own, albedo); break;
+        case Shading::Light:
+            for (int k = 0; k < kBatch; ++k) {
+                albedo.r[k] = kClay.r;
+                albedo.g[k] = kClay.g;
+                albedo.b[k] = kClay.b;
+            }
+            break;
+        default: rampBatch(ground, albedo); break;
     }
+    reflectBatch(own, albedo, light, lit);
+    Floats cover;
     if (settings_.options.contoursM > 0) {
-        const float perPixel = glm::length(glm::vec2{glm::dot(ground.gradient, ground.footX),
-                                                     glm::dot(ground.gradient, ground.footY)});
-        const float cover = rules::contourCover(ground.height, perPixel,
-                                                static_cast<float>(settings_.options.contoursM));
-        colour = glm::mix(colour, kContour * light, cover);
+        contourBatch(ground, cover);
+        paintBatch(kContour, cover, &light, lit);
     }
-    if (settings_.shading == Shading::Grid)
-        colour = glm::mix(colour, kGridLine, 0.8f * gridCover(hit, ground));
-    return rules::throughAir(air_, colour, ground.distance);
+    if (settings_.shading == Shading::Grid) {
+        for (int k = 0; k < kBatch; ++k)
+            cover[k] = 0.8f * gridCover(hits[static_cast<size_t>(k)], ground, k);
+        paintBatch(kGridLine, cover, nullptr, lit);
+    }
+}
+
+/// Puts a batch's colours where they belong; pixels without ground show the background.
+void DeferredShader::storeBatch(const BatchHits& batch, std::span<const Hit> hits,
+                                const ViewBatch& view, const LitBatch& lit,
+                                const LitPlanes& planes) const {
+    const auto store = [](const FloatsRgb& colour, const std::span<float>(&to)[3]) {
+        std::copy_n(colour.r.at, kBatch, to[0].begin());
+        std::copy_n(colour.g.at, kBatch, to[1].begin());
+        std::copy_n(colour.b.at, kBatch, to[2].begin());
+    };
+    std::fill_n(planes.alpha.begin(), kBatch, 1.0f);
+    if (batch.some) {
+        store(lit.always, planes.always);
+        store(lit.sun, planes.sun);
+    }
+    if (batch.all) return;
+    FloatsRgb sky;
+    if (background_.kind == Background::Kind::Sky) skyBatch(air_, view.direction.z, sky);
+    for (size_t k = 0; k < hits.size(); ++k) {
+        if (isHit(hits[k])) continue;
+        const int lane = static_cast<int>(k);
+        const Colour miss = background_.kind == Background::Kind::Sky
+                                ? Colour{sky.r[lane], sky.g[lane], sky.b[lane], 1.0f}
+                                : missColour({0, 0, 1});
+        setPixel(planes, k, miss);
+    }
+}
+
+void DeferredShader::setPixel(const LitPlanes& planes, size_t k, const Colour& colour) {
+    planes.always[0][k] = colour.r;
+    planes.always[1][k] = colour.g;
+    planes.always[2][k] = colour.b;
+    planes.alpha[k] = colour.a;
+    for (const std::span<float>& sun : planes.sun) sun[k] = 0;
+}
+
+void DeferredShader::addPlinth(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
+                               Scratch& scratch) const {
+    const LitPlanes planes = scratch.planesFrom(0);
+    const auto width = static_cast<size_t>(tile.width);
+    for (size_t k = 0; k < hits.size(); ++k) {
+        const double px = tile.x + static_cast<double>(k % width) + offset.x;
+        const double py = tile.y + static_cast<double>(k / width) + offset.y;
+        const auto base = plinthColour(hits[k], px, py);
+        if (!base) continue;
+        setPixel(planes, k, {base->r, base->g, base->b, 1.0f});
+        scratch.hits[k].flags = 0;
+    }
 }
 
 void DeferredShader::cutOverhang(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
@@ -178,38 +251,56 @@ std::optional<Rgb> DeferredShader::plinthColour(const Hit& hit, double px, doubl
                              seen->t);
 }
 
-Rgb DeferredShader::rampAlbedo(const Ground& ground) const {
-    const Tint tint = ramp_->at(ground.height);
-    const float steep = tint.rock * rules::smoothStep(0.55f, 1.30f, ground.slope());
-    const Rgb bare = glm::mix(kClay, tint.colour, tint.cover);
-    return glm::mix(bare, kRock, steep);
+void DeferredShader::rampBatch(const GroundBatch& ground, FloatsRgb& albedo) const {
+    Floats rock;
+    ramp_->tints.at(ground.height, albedo, rock);
+    steepenBatch(kRock, rock, ground, albedo);
 }
 
-Rgb DeferredShader::photoColour(const Ground& ground, const Rgb& light) const {
+void DeferredShader::photoBatch(const GroundBatch& ground, FloatsRgb& own,
+                                FloatsRgb& albedo) const {
     const Affine2& map = photo_->worldFromPixel;
-    const Vec2 world = rays_.worldFromLattice().worldFromLattice({ground.i, ground.j});
-    const LatticePoint place = map.latticeFromWorld(world);
-    const auto pixels = [&](const glm::vec2& metres) {
-        const LatticePoint p = map.latticeDirection(Vec2(metres * sampleShare_));
+    const auto pixels = [&](float x, float y) {
+        const LatticePoint p = map.latticeDirection(Vec2(x, y) * static_cast<double>(sampleShare_));
         return glm::vec2{p.i, p.j};
     };
-    const PhotoSample photo =
-        photoFilter_->at({place.i, place.j}, pixels(ground.footX), pixels(ground.footY));
-    Rgb colour{0.0f};
-    if (photo.cover > 0) {
+    const auto relief = static_cast<float>(settings_.options.reliefOnPhotoPercent / 100.0);
+    rampBatch(ground, albedo);
+    for (int k = 0; k < kBatch; ++k) {
+        const Vec2 world = rays_.worldFromLattice().worldFromLattice({ground.i[k], ground.j[k]});
+        const LatticePoint place = map.latticeFromWorld(world);
+        const PhotoSample photo =
+            photoFilter_->at({place.i, place.j}, pixels(ground.footX.x[k], ground.footX.y[k]),
+                             pixels(ground.footY.x[k], ground.footY.y[k]));
+        if (photo.cover <= 0) continue;
         const Rgb shown = photo.colour / photo.cover;
-        const Rgb scene{sceneFromPhoto(shown.r), sceneFromPhoto(shown.g), sceneFromPhoto(shown.b)};
-        const auto relief = static_cast<float>(settings_.options.reliefOnPhotoPercent / 100.0);
-        colour = scene * glm::mix(Rgb{1.0f}, light, relief) * photo.cover;
+        const Rgb scene = photo.cover * Rgb{sceneFromPhoto(shown.r), sceneFromPhoto(shown.g),
+                                            sceneFromPhoto(shown.b)};
+        const float bare = 1.0f - photo.cover > 0.002f ? 1.0f - photo.cover : 0.0f;
+        own.r[k] = scene.r * (1.0f - relief);
+        own.g[k] = scene.g * (1.0f - relief);
+        own.b[k] = scene.b * (1.0f - relief);
+        albedo.r[k] = albedo.r[k] * bare + scene.r * relief;
+        albedo.g[k] = albedo.g[k] * bare + scene.g * relief;
+        albedo.b[k] = albedo.b[k] * bare + scene.b * relief;
     }
-    const float bare = 1.0f - photo.cover;
-    return bare > 0.002f ? colour + rampAlbedo(ground) * light * bare : colour;
 }
 
-float DeferredShader::gridCover(const Hit& hit, const Ground& ground) const {
+void DeferredShader::contourBatch(const GroundBatch& ground, Floats& cover) const {
+    const auto interval = static_cast<float>(settings_.options.contoursM);
+    for (int k = 0; k < kBatch; ++k) {
+        const float x = ground.gradient.x[k], y = ground.gradient.y[k];
+        const float right = x * ground.footX.x[k] + y * ground.footX.y[k];
+        const float down = x * ground.footY.x[k] + y * ground.footY.y[k];
+        cover[k] =
+            rules::contourCover(ground.height[k], std::sqrt(right * right + down * down), interval);
+    }
+}
+
+float DeferredShader::gridCover(const Hit& hit, const GroundBatch& ground, int k) const {
     const Affine2& map = rays_.worldFromLattice();
-    const LatticePoint right = map.latticeDirection(Vec2(ground.footX));
-    const LatticePoint down = map.latticeDirection(Vec2(ground.footY));
+    const LatticePoint right = map.latticeDirection(Vec2(ground.footX.x[k], ground.footX.y[k]));
+    const LatticePoint down = map.latticeDirection(Vec2(ground.footY.x[k], ground.footY.y[k]));
     const double cells = 1.0 / static_cast<double>(1u << hit.mip);
     const auto perPixelI = static_cast<float>(std::hypot(right.i, down.i) * cells);
     const auto perPixelJ = static_cast<float>(std::hypot(right.j, down.j) * cells);

@@ -5,8 +5,11 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstring>
 
+#include "base/simd_clones.h"
 #include "kernel/sweep/sky.h"
 #include "shade/rules/filter.h"
 
@@ -38,6 +41,59 @@ void fillRims(const Overview& view, std::vector<float>& open) {
             if (count > 0) open[at] = sum / count;
         }
     });
+}
+
+/// Four posts around each place: where they begin in their mip, and the place between them.
+struct SkyCells {
+    Ints first, width;
+    Floats u, v;
+    Lanes<uint32_t> top, bottom;  ///< two posts each, the first in the low half
+};
+
+TERRAY_SIMD_CLONES
+void chooseSkyMips(const Floats& footprint, float perCell, int last, Ints& mip, Floats& coarser) {
+    for (int k = 0; k < kBatch; ++k) {
+        const rules::MipBlend blend = rules::mipBlend(footprint[k] * perCell, last);
+        mip[k] = blend.mip;
+        coarser[k] = blend.coarser;
+    }
+}
+
+/// As Mip::at() places them; sizes, scale and shift of a mip follow from those of the finest.
+TERRAY_SIMD_CLONES
+void locateSky(const Ints& mip, int width, int height, double finest, const Doubles& i,
+               const Doubles& j, SkyCells& c) {
+    for (int k = 0; k < kBatch; ++k) {
+        const auto half = static_cast<double>(std::bit_cast<float>((127 - mip[k]) << 23));
+        const double scale = finest * half, shift = 0.5 * half - 0.5;
+        const int32_t w = width >> mip[k], h = height >> mip[k];
+        const double lastX = static_cast<double>(w - 1), lastY = static_cast<double>(h - 1);
+        double x = i[k] * scale + shift, y = j[k] * scale + shift;
+        x = x < 0.0 ? 0.0 : x;
+        y = y < 0.0 ? 0.0 : y;
+        x = x > lastX ? lastX : x;
+        y = y > lastY ? lastY : y;
+        const auto wholeX = static_cast<int32_t>(x), wholeY = static_cast<int32_t>(y);
+        const int32_t column = wholeX < w - 2 ? wholeX : w - 2;
+        const int32_t row = wholeY < h - 2 ? wholeY : h - 2;
+        c.u[k] = static_cast<float>(x - static_cast<double>(column));
+        c.v[k] = static_cast<float>(y - static_cast<double>(row));
+        c.first[k] = row * w + column;
+        c.width[k] = w;
+    }
+}
+
+TERRAY_SIMD_CLONES
+void blendSky(const SkyCells& c, Floats& open) {
+    for (int k = 0; k < kBatch; ++k) {
+        const auto top = static_cast<int32_t>(c.top[k]), bottom = static_cast<int32_t>(c.bottom[k]);
+        const float u = c.u[k], v = c.v[k];
+        const float upper = static_cast<float>(top & 0xFFFF) * (1 - u) +
+                            static_cast<float>((top >> 16) & 0xFFFF) * u;
+        const float lower = static_cast<float>(bottom & 0xFFFF) * (1 - u) +
+                            static_cast<float>((bottom >> 16) & 0xFFFF) * u;
+        open[k] = (upper * (1 - v) + lower * v) * (1.0f / kCodes);
+    }
 }
 
 }  // namespace
@@ -94,6 +150,33 @@ float SkyLight::Mip::at(double i, double j) const {
     const float upper = static_cast<float>(top[0]) * (1 - u) + static_cast<float>(top[1]) * u;
     const float lower = static_cast<float>(bottom[0]) * (1 - u) + static_cast<float>(bottom[1]) * u;
     return (upper * (1 - v) + lower * v) * (1.0f / kCodes);
+}
+
+void SkyLight::readMips(const Ints& mip, const Doubles& i, const Doubles& j, Floats& open) const {
+    SkyCells cells;
+    locateSky(mip, mips_[0].width, mips_[0].height, mips_[0].scale, i, j, cells);
+    for (int k = 0; k < kBatch; ++k) {
+        const uint16_t* first = mips_[static_cast<size_t>(mip[k])].open.data() + cells.first[k];
+        std::memcpy(&cells.top[k], first, sizeof(uint32_t));
+        std::memcpy(&cells.bottom[k], first + cells.width[k], sizeof(uint32_t));
+    }
+    blendSky(cells, open);
+}
+
+void SkyLight::at(const Doubles& i, const Doubles& j, const Floats& footprint, Floats& open) const {
+    const int last = static_cast<int>(mips_.size()) - 1;
+    Ints mip;
+    Floats coarser, coarse;
+    chooseSkyMips(footprint, static_cast<float>(mips_[0].scale), last, mip, coarser);
+    readMips(mip, i, j, open);
+    bool blend = false;
+    for (int k = 0; k < kBatch; ++k) {
+        blend |= coarser[k] > 0;
+        mip[k] = mip[k] < last ? mip[k] + 1 : last;
+    }
+    if (!blend) return;
+    readMips(mip, i, j, coarse);
+    for (int k = 0; k < kBatch; ++k) open[k] += coarser[k] * (coarse[k] - open[k]);
 }
 
 float SkyLight::at(double i, double j, float footprint) const {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "shade/batch.h"
 #include "shade/overview.h"
 
 namespace terray {
@@ -18,6 +19,8 @@ public:
     /// Open share of the sky 0..1 at a place of the mip-0 lattice, averaged over about `footprint`
     /// mip-0 cells: bilinear between posts, linear between mips.
     float at(double i, double j, float footprint) const;
+    /// The same at kBatch places.
+    void at(const Doubles& i, const Doubles& j, const Floats& footprint, Floats& open) const;
 
 private:
     /// The field and its means over 2 x 2, 4 x 4 ... posts; post (i, j) of a mip stands in the
@@ -29,6 +32,7 @@ private:
         float at(double i, double j) const;
     };
     static Mip halve(const Mip& fine);
+    void readMips(const Ints& mip, const Doubles& i, const Doubles& j, Floats& open) const;
 
     std::vector<Mip> mips_;
 };

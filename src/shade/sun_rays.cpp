@@ -6,6 +6,8 @@
 
 #include <cmath>
 
+#include "base/simd_clones.h"
+
 namespace terray {
 
 SunRays::SunRays(const Sun& sun, const RayFrame& rays)
@@ -28,7 +30,7 @@ glm::vec3 SunRays::towardsAt(double i, double j) const {
     return glm::vec3(bend_ == 0 ? towards : glm::normalize(towards));
 }
 
-Ray SunRays::from(double i, double j, double z, Vec2 onDisc) const {
+Ray SunRays::pattern(Vec2 onDisc) const {
     // Angular radius: the true one is 0.27 degrees; thin high clouds make it seem larger.
     constexpr double kDisc = radFromDeg(0.45);
     const Vec2 ahead = cosine_ > 0 ? horizontal_ / cosine_ : Vec2{0, 1};
@@ -37,14 +39,47 @@ Ray SunRays::from(double i, double j, double z, Vec2 onDisc) const {
         horizontal_ - ahead * (kDisc * onDisc.y * sine_) + sideways * (kDisc * onDisc.x);
     const LatticePoint step = worldFromLattice_.latticeDirection(aim);
     Ray ray;
-    ray.x = i;
-    ray.y = j;
-    ray.z = z;
     ray.dx = step.i;
     ray.dy = step.j;
-    ray.dz = (riseAt(i, j) + kDisc * onDisc.y * cosine_) / exaggeration_;
+    ray.dz = kDisc * onDisc.y * cosine_;
     ray.bend = bend_ * glm::dot(aim, aim);
     return ray;
+}
+
+Ray SunRays::from(double i, double j, double z, Vec2 onDisc) const {
+    Ray ray = pattern(onDisc);
+    place(i, j, z, ray);
+    return ray;
+}
+
+namespace {
+
+/// The sun's direction: its rise is linear in the lattice.
+struct SunPlane {
+    float east, north, modelling;
+    double rise, perI, perJ;
+};
+
+TERRAY_SIMD_CLONES
+void faceSun(const SunPlane& sun, const GroundBatch& g, Floats& facing) {
+    for (int k = 0; k < kBatch; ++k) {
+        const auto rise = static_cast<float>(sun.rise + sun.perI * g.i[k] + sun.perJ * g.j[k]);
+        const float length2 = sun.east * sun.east + sun.north * sun.north + rise * rise;
+        const float nx = g.normal.x[k] * sun.modelling, ny = g.normal.y[k] * sun.modelling;
+        const float nz = g.normal.z[k];
+        const float cosine = nx * sun.east + ny * sun.north + nz * rise;
+        const float kept = cosine > 0.0f ? cosine : 0.0f;
+        facing[k] = kept / std::sqrt(length2 * (nx * nx + ny * ny + nz * nz));
+    }
+}
+
+}  // namespace
+
+void SunRays::facing(const GroundBatch& ground, float modelling, Floats& facing) const {
+    const double origin = riseAt(0, 0);
+    faceSun({static_cast<float>(horizontal_.x), static_cast<float>(horizontal_.y), modelling,
+             origin, riseAt(1, 0) - origin, riseAt(0, 1) - origin},
+            ground, facing);
 }
 
 }  // namespace terray

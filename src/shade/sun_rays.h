@@ -6,6 +6,7 @@
 #include <glm/vec3.hpp>
 
 #include "kernel/layout/layout.h"
+#include "shade/ground.h"
 #include "shade/shade.h"
 
 namespace terray {
@@ -20,6 +21,19 @@ public:
     /// Ray from a place on the surface (true height z) to the sun. `onDisc` in -1..1 moves the aim
     /// over the sun's disc: the samples of a pixel together give shadows a soft edge.
     Ray from(double i, double j, double z, Vec2 onDisc = {0, 0}) const;
+
+    /// `from` in two steps: what all rays to a place on the disc share (its dz is only that place's
+    /// rise over the sun's centre), and where one starts.
+    Ray pattern(Vec2 onDisc) const;
+    void place(double i, double j, double z, Ray& ray) const {
+        ray.x = i;
+        ray.y = j;
+        ray.z = z;
+        ray.dz = (riseAt(i, j) + ray.dz) / exaggeration_;
+    }
+
+    /// max(0, N.L) on ground whose slopes are `modelling` times as steep.
+    void facing(const GroundBatch& ground, float modelling, Floats& facing) const;
 
 private:
     double riseAt(double i, double j) const;

@@ -2,9 +2,8 @@
 // Air: the sky's gradient and the haze that distance adds.
 #pragma once
 
-#include <cmath>
-
 #include "shade/rules/colour.h"
+#include "shade/rules/exp.h"
 
 namespace terray::rules {
 
@@ -21,20 +20,23 @@ struct Air {
 /// Colour of the sky along a unit direction with vertical component `sine`.
 inline Rgb skyColour(const Air& air, float sine) {
     const float above = sine - air.horizonSine;
-    if (above >= 0) return glm::mix(air.zenith, air.horizon, std::exp(-above * 3.2f));
-    return glm::mix(air.below, air.horizon, std::exp(above * 3.2f));
+    const float near = expOf(-std::abs(above) * 3.2f);
+    return glm::mix(above >= 0 ? air.zenith : air.below, air.horizon, near);
 }
 
 /// Share of the light that comes through `distance` metres of air.
 inline float clearness(const Air& air, float distance) {
-    const float through = distance - air.start;
-    return through > 0 ? std::exp(-air.extinction * through) : 1.0f;
+    return expOf(-air.extinction * std::max(distance - air.start, 0.0f));
+}
+
+/// What the air itself adds, where a share `clear` of the light comes through.
+inline Rgb hazeLight(const Air& air, float clear) {
+    return glm::mix(air.horizon, air.near, clear) * (1.0f - clear);
 }
 
 inline Rgb throughAir(const Air& air, const Rgb& colour, float distance) {
     const float clear = clearness(air, distance);
-    const Rgb haze = glm::mix(air.horizon, air.near, clear);
-    return colour * clear + haze * (1.0f - clear);
+    return colour * clear + hazeLight(air, clear);
 }
 
 }  // namespace terray::rules

@@ -15,14 +15,23 @@ struct Light {
     Rgb bounce{0.0f};  ///< thrown back by the ground where the sky is hidden
 };
 
-/// `facing` = max(0, N.L), `lit` 0..1, `openSky` 0..1, `up` = the normal's z.
+/// Open share of the sky with fine relief that the sky-light field does not resolve: tilted ground
+/// (`up` = the normal's z) sees less of the sky.
+inline float openShare(float openSky, float up) { return openSky * (0.60f + 0.40f * up); }
+
+/// Share of the sun on ground that it reaches, `facing` = max(0, N.L). A hollow also loses part of
+/// the sun's bright surroundings: the softness of hand-made relief.
+inline float sunShare(float facing, float openSky) { return facing * (0.55f + 0.45f * openSky); }
+
+/// Light of the sky, and of sunlit ground that walls and deep slopes look at instead.
+inline Rgb shadeLight(const Light& light, float open) {
+    return light.sky * open + light.bounce * (1.0f - open);
+}
+
+/// `lit` 0..1, `openSky` 0..1.
 inline Rgb lightOn(const Light& light, float facing, float lit, float openSky, float up) {
-    // Fine relief that the sky-light field does not resolve: tilted ground sees less of the sky.
-    const float open = openSky * (0.60f + 0.40f * up);
-    // A hollow also loses part of the sun's bright surroundings: the softness of hand-made relief.
-    const float hollow = 0.55f + 0.45f * openSky;
-    // Walls and deep slopes look at sunlit ground instead of at the sky.
-    return light.sun * (facing * lit * hollow) + light.sky * open + light.bounce * (1.0f - open);
+    return light.sun * (lit * sunShare(facing, openSky)) +
+           shadeLight(light, openShare(openSky, up));
 }
 
 /// Grey relief under several lights, weighted as aspects need them (after Mark, USGS OFR 92-422):

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pixels are shaded in batches: one array a quantity, and one plain loop a step, which the compiler
+// turns into SIMD (base/simd_clones.h). What cannot be a SIMD load is fetched by a scalar loop
+// between.
+#pragma once
+
+#include <cstdint>
+
+namespace terray {
+
+constexpr int kBatch = 64;
+
+template <class T>
+struct alignas(64) Lanes {
+    T at[kBatch];
+    T& operator[](int k) { return at[k]; }
+    const T& operator[](int k) const { return at[k]; }
+};
+using Floats = Lanes<float>;
+using Doubles = Lanes<double>;
+using Ints = Lanes<int32_t>;
+
+struct Floats2 {
+    Floats x, y;
+};
+struct Floats3 {
+    Floats x, y, z;
+};
+/// Colours, linear light.
+struct FloatsRgb {
+    Floats r, g, b;
+};
+
+}  // namespace terray

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// Loops over the lanes of a batch, one rule each.
+#include "shade/lit_loops.h"
+
+#include <cmath>
+
+#include "base/simd_clones.h"
+#include "shade/rules/lines.h"
+
+namespace terray {
+
+using rules::Rgb;
+
+namespace {
+
+void setLane(FloatsRgb& colours, int k, const Rgb& c) {
+    colours.r[k] = c.r;
+    colours.g[k] = c.g;
+    colours.b[k] = c.b;
+}
+Rgb laneOf(const FloatsRgb& colours, int k) { return {colours.r[k], colours.g[k], colours.b[k]}; }
+
+}  // namespace
+
+TERRAY_SIMD_CLONES
+void lightBatch(const rules::Light& light, const Floats& facing, const Floats& openSky,
+                const GroundBatch& ground, LightBatch& out) {
+    for (int k = 0; k < kBatch; ++k) {
+        const float open = rules::openShare(openSky[k], ground.normal.z[k]);
+        setLane(out.always, k, rules::shadeLight(light, open));
+        setLane(out.sun, k, light.sun * rules::sunShare(facing[k], openSky[k]));
+    }
+}
+
+TERRAY_SIMD_CLONES
+void steepenBatch(const Rgb& grey, const Floats& rock, const GroundBatch& ground,
+                  FloatsRgb& colour) {
+    for (int k = 0; k < kBatch; ++k) {
+        const float x = ground.gradient.x[k], y = ground.gradient.y[k];
+        const float steep = rock[k] * rules::smoothStep(0.55f, 1.30f, std::sqrt(x * x + y * y));
+        setLane(colour, k, glm::mix(laneOf(colour, k), grey, steep));
+    }
+}
+
+TERRAY_SIMD_CLONES
+void reflectBatch(const FloatsRgb& own, const FloatsRgb& albedo, const LightBatch& light,
+                  LitBatch& lit) {
+    for (int k = 0; k < kBatch; ++k) {
+        const Rgb a = laneOf(albedo, k);
+        setLane(lit.always, k, laneOf(own, k) + a * laneOf(light.always, k));
+        setLane(lit.sun, k, a * laneOf(light.sun, k));
+    }
+}
+
+void paintBatch(const Rgb& line, const Floats& cover, const LightBatch* light, LitBatch& lit) {
+    for (int k = 0; k < kBatch; ++k) {
+        const Rgb always = light ? line * laneOf(light->always, k) : line;
+        const Rgb sun = light ? line * laneOf(light->sun, k) : Rgb{0.0f};
+        setLane(lit.always, k, glm::mix(laneOf(lit.always, k), always, cover[k]));
+        setLane(lit.sun, k, glm::mix(laneOf(lit.sun, k), sun, cover[k]));
+    }
+}
+
+TERRAY_SIMD_CLONES
+void hazeBatch(const rules::Air& air, const Floats& distance, LitBatch& lit) {
+    for (int k = 0; k < kBatch; ++k) {
+        const float clear = rules::clearness(air, distance[k]);
+        setLane(lit.always, k, laneOf(lit.always, k) * clear + rules::hazeLight(air, clear));
+        setLane(lit.sun, k, laneOf(lit.sun, k) * clear);
+    }
+}
+
+TERRAY_SIMD_CLONES
+void skyBatch(const rules::Air& air, const Floats& sine, FloatsRgb& colour) {
+    for (int k = 0; k < kBatch; ++k) setLane(colour, k, rules::skyColour(air, sine[k]));
+}
+
+TERRAY_SIMD_CLONES
+void addPlanes(const LitPlanes& planes, std::span<const uint8_t> dark, float weight,
+               std::span<Colour> sum) {
+    const float *r = planes.always[0].data(), *g = planes.always[1].data(),
+                *b = planes.always[2].data();
+    const float *sunR = planes.sun[0].data(), *sunG = planes.sun[1].data(),
+                *sunB = planes.sun[2].data();
+    const float* alpha = planes.alpha.data();
+    const uint8_t* shadow = dark.data();
+    Colour* out = sum.data();
+    for (size_t k = 0; k < sum.size(); ++k) {
+        const float lit = 1.0f - static_cast<float>(shadow[k]);
+        out[k].r += weight * (r[k] + lit * sunR[k]);
+        out[k].g += weight * (g[k] + lit * sunG[k]);
+        out[k].b += weight * (b[k] + lit * sunB[k]);
+        out[k].a += weight * alpha[k];
+    }
+}
+
+}  // namespace terray
