@@ -64,14 +64,12 @@ public:
 private:
     /// Buffers that a thread keeps from tile to tile; whole batches of pixels.
     struct Scratch {
-        size_t count = 0;
-        std::vector<float> planes;  ///< of LitPlanes, one after the other
-        std::vector<Hit> hits;      ///< where the sun may shine
+        std::vector<LitBatch> lit;
+        std::vector<Hit> hits;  ///< where the sun may shine
         std::vector<Ray> rays;
         std::vector<uint8_t> dark;
         std::vector<Hit> carried;
         void resize(size_t pixels);
-        LitPlanes planesFrom(size_t first);
     };
 
     // shade_lit.cpp
@@ -80,13 +78,11 @@ private:
     void shadeBatch(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits, size_t first,
                     Scratch& scratch) const;
     void lightAndShadowRays(const BatchHits& batch, Vec2 offset, std::span<const Hit> hits,
-                            size_t first, const GroundBatch& ground, LitBatch& lit,
-                            Scratch& scratch) const;
+                            size_t first, const GroundBatch& ground, Scratch& scratch) const;
     void colourBatch(std::span<const Hit> hits, const GroundBatch& ground, const LightBatch& light,
                      LitBatch& lit) const;
-    void storeBatch(const BatchHits& batch, std::span<const Hit> hits, const ViewBatch& view,
-                    const LitBatch& lit, const LitPlanes& planes) const;
-    static void setPixel(const LitPlanes& planes, size_t k, const Colour& colour);
+    void storeMisses(std::span<const Hit> hits, const ViewBatch& view, LitBatch& lit) const;
+    static void setPixel(LitBatch& lit, size_t k, const Colour& colour);
     void addPlinth(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
                    Scratch& scratch) const;
     void rampBatch(const GroundBatch& ground, FloatsRgb& albedo) const;

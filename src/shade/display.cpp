@@ -2,9 +2,11 @@
 // The display table and its loop over pixels.
 #include "shade/display.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/assert.h"
+#include "base/simd_clones.h"
 #include "shade/rules/colour.h"
 
 namespace terray {
@@ -26,22 +28,50 @@ const DisplayCurve& DisplayCurve::forPictures(bool shoulder) {
     return kFlat;
 }
 
-uint8_t DisplayCurve::code(float scene) const {
-    const float x =
-        std::clamp(scene * (static_cast<float>(kSize) / kMost), 0.0f, static_cast<float>(kSize));
-    return codes_[static_cast<size_t>(x + 0.5f)];
+namespace {
+
+constexpr size_t kPixels = 64;
+
+/// Table places of pixels, and their alpha.
+struct Places {
+    int32_t r[kPixels], g[kPixels], b[kPixels], a[kPixels];
+};
+
+TERRAY_SIMD_CLONES
+void placeColours(const Colour* in, size_t count, float perScene, float last, Places& places) {
+    const auto place = [=](float scene) {
+        float x = scene * perScene;
+        x = x > 0.0f ? x : 0.0f;
+        x = x < last ? x : last;
+        return static_cast<int32_t>(x + 0.5f);
+    };
+    for (size_t k = 0; k < count; ++k) {
+        const float alpha = in[k].a;
+        const float straight = alpha > 0 ? 1.0f / alpha : 0.0f;
+        places.r[k] = place(in[k].r * straight);
+        places.g[k] = place(in[k].g * straight);
+        places.b[k] = place(in[k].b * straight);
+        const float kept = alpha > 0 ? alpha : 0.0f;
+        places.a[k] = static_cast<int32_t>((kept < 1.0f ? kept : 1.0f) * 255.0f + 0.5f);
+    }
 }
+
+}  // namespace
 
 void DisplayCurve::apply(std::span<const Colour> in, std::span<uint8_t> out) const {
     TERRAY_ASSERT(out.size() == in.size() * 4);
-    for (size_t k = 0; k < in.size(); ++k) {
-        const Colour& c = in[k];
-        uint8_t* pixel = &out[4 * k];
-        const float straight = c.a > 0 ? 1.0f / c.a : 0.0f;
-        pixel[0] = code(c.r * straight);
-        pixel[1] = code(c.g * straight);
-        pixel[2] = code(c.b * straight);
-        pixel[3] = static_cast<uint8_t>(std::clamp(c.a, 0.0f, 1.0f) * 255.0f + 0.5f);
+    Places places;
+    for (size_t first = 0; first < in.size(); first += kPixels) {
+        const size_t count = std::min(kPixels, in.size() - first);
+        placeColours(&in[first], count, static_cast<float>(kSize) / kMost,
+                     static_cast<float>(kSize), places);
+        uint8_t* pixel = &out[4 * first];
+        for (size_t k = 0; k < count; ++k, pixel += 4) {
+            pixel[0] = codes_[static_cast<size_t>(places.r[k])];
+            pixel[1] = codes_[static_cast<size_t>(places.g[k])];
+            pixel[2] = codes_[static_cast<size_t>(places.b[k])];
+            pixel[3] = static_cast<uint8_t>(places.a[k]);
+        }
     }
 }
 

@@ -22,7 +22,6 @@ public:
 private:
     static constexpr float kMost = 4.0f;  ///< scene value of the table's end
     static constexpr size_t kSize = 1 << 15;
-    uint8_t code(float scene) const;
 
     std::array<uint8_t, kSize + 1> codes_{};
 };

@@ -4,6 +4,7 @@
 #include "shade/ground.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 
@@ -16,31 +17,26 @@
 namespace terray {
 namespace {
 
-/// Two neighbouring codes of a row as one word, the first in its low half.
-struct CodeWords {
-    Lanes<uint32_t> top, bottom;
+/// What is read of hits and tiles, before any arithmetic.
+struct Fetched {
+    Ints cell, mip, tileX, tileY;
+    Lanes<uint32_t> top, bottom;  ///< two neighbouring codes each, the first in the low half
 };
 
-/// Everything of a hit but its posts.
-const TileDesc& fetchPlace(const TerrainCut& cut, const Hit& hit, int k, CellBatch& c) {
-    const TileDesc& tile = cut.tiles[hit.tile];
-    c.x[k] = tile.x + static_cast<int32_t>(cellX(hit) << hit.mip);
-    c.y[k] = tile.y + static_cast<int32_t>(cellY(hit) << hit.mip);
-    c.u[k] = hit.u;
-    c.v[k] = hit.v;
-    c.size[k] = static_cast<float>(1u << hit.mip);
-    return tile;
-}
-
-uint64_t firstPost(const TileDesc& tile, const Hit& hit) {
-    return tile.posts + uint64_t{cellY(hit)} * kPostStride + cellX(hit);
+TERRAY_SIMD_CLONES
+void placeCells(const Fetched& f, CellBatch& c) {
+    for (int k = 0; k < kBatch; ++k) {
+        c.x[k] = f.tileX[k] + ((f.cell[k] & (kSlotCells - 1)) << f.mip[k]);
+        c.y[k] = f.tileY[k] + ((f.cell[k] >> kTileLevels) << f.mip[k]);
+        c.size[k] = std::bit_cast<float>((127 + f.mip[k]) << 23);
+    }
 }
 
 TERRAY_SIMD_CLONES
-void splitCodes(const CodeWords& words, CellBatch& c) {
+void splitCodes(const Fetched& f, CellBatch& c) {
     for (int k = 0; k < kBatch; ++k) {
-        const auto top = static_cast<int32_t>(words.top[k]);
-        const auto bottom = static_cast<int32_t>(words.bottom[k]);
+        const auto top = static_cast<int32_t>(f.top[k]);
+        const auto bottom = static_cast<int32_t>(f.bottom[k]);
         c.h00[k] = static_cast<float>(top & 0xFFFF);
         c.h10[k] = static_cast<float>((top >> 16) & 0xFFFF);
         c.h01[k] = static_cast<float>(bottom & 0xFFFF);
@@ -48,30 +44,41 @@ void splitCodes(const CodeWords& words, CellBatch& c) {
     }
 }
 
-void fetchCells(const TerrainCut& cut, const Hit* hits, CellBatch& c) {
+void fetchPosts(const TerrainCut& cut, uint64_t tilePosts, int k, Fetched& f, CellBatch& c) {
+    const auto cell = static_cast<uint32_t>(f.cell[k]);
+    const uint64_t first =
+        tilePosts + uint64_t{cell >> kTileLevels} * kPostStride + (cell & (kSlotCells - 1));
     if (cut.format == 1) {
-        for (int k = 0; k < kBatch; ++k) {
-            const TileDesc& tile = fetchPlace(cut, hits[k], k, c);
-            const float* posts = static_cast<const float*>(cut.posts) + firstPost(tile, hits[k]);
-            c.h00[k] = posts[0];
-            c.h10[k] = posts[1];
-            c.h01[k] = posts[kPostStride];
-            c.h11[k] = posts[kPostStride + 1];
-            c.z0[k] = 0.0f;
-            c.zStep[k] = 1.0f;
-        }
+        const float* posts = static_cast<const float*>(cut.posts) + first;
+        c.h00[k] = posts[0];
+        c.h10[k] = posts[1];
+        c.h01[k] = posts[kPostStride];
+        c.h11[k] = posts[kPostStride + 1];
         return;
     }
-    CodeWords words;
+    const uint16_t* codes = static_cast<const uint16_t*>(cut.posts) + first;
+    std::memcpy(&f.top[k], codes, sizeof(uint32_t));
+    std::memcpy(&f.bottom[k], codes + kPostStride, sizeof(uint32_t));
+}
+
+void fetchCells(const TerrainCut& cut, const Hit* hits, CellBatch& c, Floats& distance) {
+    Fetched f;
     for (int k = 0; k < kBatch; ++k) {
-        const TileDesc& tile = fetchPlace(cut, hits[k], k, c);
-        const uint16_t* codes = static_cast<const uint16_t*>(cut.posts) + firstPost(tile, hits[k]);
-        std::memcpy(&words.top[k], codes, sizeof(uint32_t));
-        std::memcpy(&words.bottom[k], codes + kPostStride, sizeof(uint32_t));
-        c.z0[k] = tile.z0;
-        c.zStep[k] = tile.zStep;
+        const Hit& hit = hits[k];
+        const TileDesc& tile = cut.tiles[hit.tile];
+        distance[k] = hit.t;
+        c.u[k] = hit.u;
+        c.v[k] = hit.v;
+        f.cell[k] = static_cast<int32_t>(hit.cell);
+        f.mip[k] = hit.mip;
+        f.tileX[k] = tile.x;
+        f.tileY[k] = tile.y;
+        c.z0[k] = cut.format == 1 ? 0.0f : tile.z0;
+        c.zStep[k] = cut.format == 1 ? 1.0f : tile.zStep;
+        fetchPosts(cut, tile.posts, k, f, c);
     }
-    splitCodes(words, c);
+    placeCells(f, c);
+    if (cut.format == 0) splitCodes(f, c);
 }
 
 /// The directions of a perspective (or, with steps of 0, ortho) camera.
@@ -162,6 +169,25 @@ void stand(const Sampler& s, const ViewBatch& view, const Floats3& right, const 
 }
 
 }  // namespace
+
+void ViewBatch::setPixels(const Camera& camera, const ImageTile& tile, Vec2 offset, size_t first) {
+    const auto width = static_cast<size_t>(tile.width), last = tile.pixelCount() - 1;
+    const auto left = static_cast<float>(tile.x + offset.x - 0.5 * camera.width);
+    const auto top = static_cast<float>(0.5 * camera.height - (tile.y + offset.y));
+    size_t x = first % width, y = first / width;
+    if (x + kBatch <= width) {
+        for (int k = 0; k < kBatch; ++k) {
+            fromCentreX[k] = left + static_cast<float>(static_cast<int>(x) + k);
+            fromCentreY[k] = top - static_cast<float>(y);
+        }
+        return;
+    }
+    for (int k = 0; k < kBatch; ++k) {
+        fromCentreX[k] = left + static_cast<float>(x);
+        fromCentreY[k] = top - static_cast<float>(y);
+        if (first + static_cast<size_t>(k) < last && ++x == width) x = 0, ++y;
+    }
+}
 
 CellPosts cellPosts(const TerrainCut& cut, const Hit& hit) {
     const TileDesc& tile = cut.tiles[hit.tile];
@@ -255,8 +281,7 @@ void GroundSampler::at(std::span<const Hit> hits, ViewBatch& view, GroundBatch& 
     TERRAY_ASSERT(hits.size() == kBatch);
     CellBatch cells;
     Floats2 lattice;
-    fetchCells(cut_, hits.data(), cells);
-    for (int k = 0; k < kBatch; ++k) ground.distance[k] = hits[static_cast<size_t>(k)].t;
+    fetchCells(cut_, hits.data(), cells, ground.distance);
     const bool ortho = camera_.projection == Projection::Ortho;
     const Sampler sampler{
         gradientXi_,   gradientXj_,     gradientYi_,  gradientYj_,

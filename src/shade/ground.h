@@ -18,10 +18,8 @@ struct ViewBatch {
     Floats fromCentreX, fromCentreY;  ///< pixels, to the right and up
     Floats3 direction;
     Floats step;
-    void setPixel(int k, const Camera& camera, double px, double py) {
-        fromCentreX[k] = static_cast<float>(px - 0.5 * camera.width);
-        fromCentreY[k] = static_cast<float>(0.5 * camera.height - py);
-    }
+    /// Positions of pixels from `first` on, row by row; those beyond the tile are its last pixel's.
+    void setPixels(const Camera& camera, const ImageTile& tile, Vec2 offset, size_t first);
 };
 
 struct GroundBatch {

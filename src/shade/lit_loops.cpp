@@ -75,23 +75,25 @@ void skyBatch(const rules::Air& air, const Floats& sine, FloatsRgb& colour) {
     for (int k = 0; k < kBatch; ++k) setLane(colour, k, rules::skyColour(air, sine[k]));
 }
 
+namespace {
+
 TERRAY_SIMD_CLONES
-void addPlanes(const LitPlanes& planes, std::span<const uint8_t> dark, float weight,
-               std::span<Colour> sum) {
-    const float *r = planes.always[0].data(), *g = planes.always[1].data(),
-                *b = planes.always[2].data();
-    const float *sunR = planes.sun[0].data(), *sunG = planes.sun[1].data(),
-                *sunB = planes.sun[2].data();
-    const float* alpha = planes.alpha.data();
-    const uint8_t* shadow = dark.data();
-    Colour* out = sum.data();
-    for (size_t k = 0; k < sum.size(); ++k) {
-        const float lit = 1.0f - static_cast<float>(shadow[k]);
-        out[k].r += weight * (r[k] + lit * sunR[k]);
-        out[k].g += weight * (g[k] + lit * sunG[k]);
-        out[k].b += weight * (b[k] + lit * sunB[k]);
-        out[k].a += weight * alpha[k];
+void addLanes(const LitBatch& lit, const uint8_t* dark, float weight, int count,
+              Colour* __restrict out) {
+    for (int k = 0; k < count; ++k) {
+        const float sunlit = 1.0f - static_cast<float>(dark[k]);
+        out[k].r += weight * (lit.always.r[k] + sunlit * lit.sun.r[k]);
+        out[k].g += weight * (lit.always.g[k] + sunlit * lit.sun.g[k]);
+        out[k].b += weight * (lit.always.b[k] + sunlit * lit.sun.b[k]);
+        out[k].a += weight * lit.alpha[k];
     }
+}
+
+}  // namespace
+
+void addBatch(const LitBatch& lit, std::span<const uint8_t> dark, float weight,
+              std::span<Colour> sum) {
+    addLanes(lit, dark.data(), weight, static_cast<int>(sum.size()), sum.data());
 }
 
 }  // namespace terray

@@ -15,13 +15,10 @@ namespace terray {
 struct LightBatch {
     FloatsRgb always, sun;
 };
-/// A batch's colours in the same two parts.
+/// Colours of kBatch pixels in the same two parts, and alpha.
 struct LitBatch {
     FloatsRgb always, sun;
-};
-/// Colours of a tile's pixels: always + sunlit * sun, and alpha.
-struct LitPlanes {
-    std::span<float> always[3], sun[3], alpha;
+    Floats alpha;
 };
 
 void lightBatch(const rules::Light& light, const Floats& facing, const Floats& openSky,
@@ -43,8 +40,8 @@ void hazeBatch(const rules::Air& air, const Floats& distance, LitBatch& lit);
 
 void skyBatch(const rules::Air& air, const Floats& sine, FloatsRgb& colour);
 
-/// sum += weight * colour; dark[k] = 1: the sun does not reach the pixel.
-void addPlanes(const LitPlanes& planes, std::span<const uint8_t> dark, float weight,
-               std::span<Colour> sum);
+/// sum += weight * colour, up to kBatch pixels; dark[k] = 1: the sun does not reach the pixel.
+void addBatch(const LitBatch& lit, std::span<const uint8_t> dark, float weight,
+              std::span<Colour> sum);
 
 }  // namespace terray

@@ -28,8 +28,7 @@ public:
 
 private:
     struct Patches;
-    void fetch(const Ints& mip, const Floats& share, const Doubles& i, const Doubles& j,
-               Patches& patches, Lanes<uint8_t>& rest) const;
+    void fetch(const Ints& mip, int step, Patches& patches) const;
     bool gather(int mip, int64_t column, int64_t row, float (&z)[4][4]) const;
     float postAt(int mip, int64_t i, int64_t j) const;
 

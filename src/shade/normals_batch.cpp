@@ -14,71 +14,79 @@
 
 namespace terray {
 
-/// 4 x 4 posts each around up to kBatch places: 16-bit codes two a word, or floats.
+/// 4 x 4 posts around each place, and where the places lie in their mip.
 struct FilteredGradient::Patches {
-    Lanes<uint32_t> codes[4][2];  ///< rows; columns 0, 1 and columns 2, 3
+    Lanes<uint64_t> codes[4];  ///< a row of four 16-bit codes each
     Floats heights[4][4];
-    Floats u, v;          ///< place between the inner posts
-    Floats scale;         ///< weight, per mip-0 cell, of what the posts are counted in
-    Lanes<uint8_t> lane;  ///< of the batch
-    Floats2 gradient;     ///< what comes out, scaled
-    int count = 0;
+    Ints tileX, tileY;  ///< of the first inner post's tile
+    Ints first;         ///< of the 16 posts in the tile; less than 0: not in one tile, kUnused
+    Floats u, v;        ///< place between the inner posts
+    Floats scale;       ///< weight, per mip-0 cell
+    Floats zStep;       ///< metres of what the posts are counted in
+    Floats2 gradient;   ///< what comes out, scaled
+    Floats highest;     ///< code of the 16; 65535 is a hole
 };
 
 namespace {
 
-/// Where a place lies in its mip.
-struct MipPlaces {
-    Ints column, row;
-    Floats u, v, perCell;
-};
+constexpr int32_t kAcrossTiles = -1, kUnused = -2;
 
 TERRAY_SIMD_CLONES
-void chooseMips(const Floats& footprint, int last, Ints& mip, Floats& coarser) {
+void chooseMips(const Floats& footprint, int last, Ints& mip, Floats& coarser, Floats& finer) {
     for (int k = 0; k < kBatch; ++k) {
         // The spline itself averages over about two cells, so the mip of half the footprint fits.
         const rules::MipBlend blend = rules::mipBlend(0.5f * footprint[k], last);
         mip[k] = blend.mip;
         coarser[k] = blend.coarser;
+        finer[k] = 1.0f - blend.coarser;
     }
 }
 
 TERRAY_SIMD_CLONES
-void locate(const Ints& mip, const Doubles& i, const Doubles& j, MipPlaces& p) {
+void locate(const Ints& mip, int step, const Floats& share, const Doubles& i, const Doubles& j,
+            Ints& tileX, Ints& tileY, Ints& first, Floats& u, Floats& v, Floats& scale) {
+    constexpr int32_t kInner = kSlotCells - 1;
     for (int k = 0; k < kBatch; ++k) {
-        p.perCell[k] = std::bit_cast<float>((127 - mip[k]) << 23);
-        const auto cells = static_cast<double>(p.perCell[k]);
+        const float perCell = std::bit_cast<float>((127 - step - mip[k]) << 23);
+        const auto cells = static_cast<double>(perCell);
         const double x = i[k] * cells, y = j[k] * cells;
-        p.column[k] = static_cast<int32_t>(x);
-        p.row[k] = static_cast<int32_t>(y);
-        p.u[k] = static_cast<float>(x - static_cast<double>(p.column[k]));
-        p.v[k] = static_cast<float>(y - static_cast<double>(p.row[k]));
+        const auto column = static_cast<int32_t>(x), row = static_cast<int32_t>(y);
+        u[k] = static_cast<float>(x - static_cast<double>(column));
+        v[k] = static_cast<float>(y - static_cast<double>(row));
+        scale[k] = perCell * share[k];
+        tileX[k] = column >> kTileLevels;
+        tileY[k] = row >> kTileLevels;
+        const int32_t inX = column & kInner, inY = row & kInner;
+        const bool border = (inX == 0) | (inX == kInner) | (inY == 0) | (inY == kInner);
+        const int32_t post = (inY - 1) * kPostStride + inX - 1;
+        const int32_t fetched = border ? kAcrossTiles : post;
+        first[k] = share[k] > 0.0f ? fetched : kUnused;
     }
 }
 
 TERRAY_SIMD_CLONES
-void decode(const Lanes<uint32_t> (&codes)[4][2], Floats (&z)[4][4], Floats& highest) {
-    for (int k = 0; k < kBatch; ++k) highest[k] = 0.0f;
+void decode(const Lanes<uint64_t> (&codes)[4], Floats (&z)[4][4], Floats& highest) {
+    int32_t most[kBatch] = {};
     for (int r = 0; r < 4; ++r) {
-        for (int half = 0; half < 2; ++half) {
-            const Lanes<uint32_t>& words = codes[r][half];
-            Floats &first = z[r][2 * half], &second = z[r][2 * half + 1];
-            for (int k = 0; k < kBatch; ++k) {
-                const auto word = static_cast<int32_t>(words[k]);
-                const auto a = static_cast<float>(word & 0xFFFF);
-                const auto b = static_cast<float>((word >> 16) & 0xFFFF);
-                first[k] = a;
-                second[k] = b;
-                const float most = a > b ? a : b;
-                highest[k] = highest[k] > most ? highest[k] : most;
-            }
+        for (int k = 0; k < kBatch; ++k) {
+            const uint64_t row = codes[r][k];
+            const auto low = static_cast<int32_t>(row), high = static_cast<int32_t>(row >> 32);
+            const int32_t a = low & 0xFFFF, b = (low >> 16) & 0xFFFF;
+            const int32_t c = high & 0xFFFF, d = (high >> 16) & 0xFFFF;
+            z[r][0][k] = static_cast<float>(a);
+            z[r][1][k] = static_cast<float>(b);
+            z[r][2][k] = static_cast<float>(c);
+            z[r][3][k] = static_cast<float>(d);
+            const int32_t ab = a > b ? a : b, cd = c > d ? c : d, all = ab > cd ? ab : cd;
+            most[k] = most[k] > all ? most[k] : all;
         }
     }
+    for (int k = 0; k < kBatch; ++k) highest[k] = static_cast<float>(most[k]);
 }
 
 TERRAY_SIMD_CLONES
 void weigh(const Floats (&z)[4][4], const Floats& u, const Floats& v, const Floats& scale,
-           Floats2& gradient) {
+           const Floats& zStep, Floats2& gradient) {
     for (int k = 0; k < kBatch; ++k) {
         const rules::SplineWeights across = rules::splineWeights(u[k]);
         const rules::SplineWeights down = rules::splineWeights(v[k]);
@@ -92,94 +100,113 @@ void weigh(const Floats (&z)[4][4], const Floats& u, const Floats& v, const Floa
             dzdi += down.value[r] * slope;
             dzdj += down.slope[r] * value;
         }
-        gradient.x[k] = dzdi * scale[k];
-        gradient.y[k] = dzdj * scale[k];
+        gradient.x[k] = dzdi * (scale[k] * zStep[k]);
+        gradient.y[k] = dzdj * (scale[k] * zStep[k]);
     }
+}
+
+/// Adds what was weighed; lanes without it, or with holes in it, are marked in `rest`.
+TERRAY_SIMD_CLONES
+void addUp(const Ints& first, const Floats2& part, const Floats& highest, Floats2& sum,
+           Ints& rest) {
+    for (int k = 0; k < kBatch; ++k) {
+        const bool used = first[k] >= 0;
+        sum.x[k] += used ? part.x[k] : 0.0f;
+        sum.y[k] += used ? part.y[k] : 0.0f;
+        const bool hole = used & (highest[k] >= 65535.0f);
+        rest[k] |= (first[k] == kAcrossTiles) | hole ? 1 : 0;
+    }
+}
+
+/// Takes over the sums but where lanes are marked or the sum is none; true if there are such lanes.
+TERRAY_SIMD_CLONES
+bool keepCertain(const Floats2& sum, Ints& rest, Floats2& gradient) {
+    int32_t any = 0;
+    for (int k = 0; k < kBatch; ++k) {
+        const float x = sum.x[k], y = sum.y[k];
+        const int32_t marked = rest[k] | (x != x ? 1 : 0) | (y != y ? 1 : 0);
+        gradient.x[k] = marked ? gradient.x[k] : x;
+        gradient.y[k] = marked ? gradient.y[k] : y;
+        rest[k] = marked;
+        any |= marked;
+    }
+    return any != 0;
+}
+
+TERRAY_SIMD_CLONES
+bool isAllZero(const Floats& share) {
+    int32_t some = 0;
+    for (int k = 0; k < kBatch; ++k) some |= share[k] > 0.0f ? 1 : 0;
+    return some == 0;
 }
 
 }  // namespace
 
-/// Fetches the posts of the lanes that have a share; marks those whose posts are not in one tile.
-void FilteredGradient::fetch(const Ints& mip, const Floats& share, const Doubles& i,
-                             const Doubles& j, Patches& p, Lanes<uint8_t>& rest) const {
-    MipPlaces places;
-    locate(mip, i, j, places);
+/// Fetches the posts of the places that need them.
+void FilteredGradient::fetch(const Ints& mip, int step, Patches& p) const {
     int32_t lastMip = -1, tileX = 0, tileY = 0;
-    uint32_t insideX = 0, insideY = 0;  // first columns and rows of posts that have three more
+    int32_t lastX = 0, lastY = 0;  // the last first posts that have three more; else whole tiles
+    bool whole = true;
     uint64_t base = 0;
     float zStep = 1;
-    int n = 0;
     for (int k = 0; k < kBatch; ++k) {
-        if (share[k] <= 0.0f) continue;
-        const int32_t column = places.column[k], row = places.row[k], m = mip[k];
-        if (m != lastMip || (column >> kTileLevels) != tileX || (row >> kTileLevels) != tileY) {
-            lastMip = m, tileX = column >> kTileLevels, tileY = row >> kTileLevels;
-            const uint32_t slot = slotAt(cut_, m, int64_t{column} << m, int64_t{row} << m);
-            const auto postsIn = [&](int64_t posts, int64_t tile) {
-                const int64_t inside = std::min<int64_t>(kSlotCells + 1, posts - tile * kSlotCells);
-                return static_cast<uint32_t>(std::max<int64_t>(inside - 3, 0));
+        if (p.first[k] < 0) continue;
+        if (mip[k] != lastMip || p.tileX[k] != tileX || p.tileY[k] != tileY) {
+            lastMip = mip[k], tileX = p.tileX[k], tileY = p.tileY[k];
+            const int m = lastMip + step;
+            const uint32_t slot = slotAt(cut_, m, int64_t{tileX} << (m + kTileLevels),
+                                         int64_t{tileY} << (m + kTileLevels));
+            const auto lastPost = [&](int64_t posts, int64_t tile) {
+                return static_cast<int32_t>(
+                    std::min<int64_t>(posts - tile * kSlotCells - 4, kSlotCells));
             };
-            insideX = slot == kNoSlot ? 0 : postsIn(columns_[m], tileX);
-            insideY = slot == kNoSlot ? 0 : postsIn(rows_[m], tileY);
+            lastX = slot == kNoSlot ? -1 : lastPost(columns_[m], tileX);
+            lastY = slot == kNoSlot ? -1 : lastPost(rows_[m], tileY);
+            whole = std::min(lastX, lastY) >= kSlotCells - 3;
             base = slot == kNoSlot ? 0 : cut_.tiles[slot].posts;
             if (cut_.format == 0 && slot != kNoSlot) zStep = cut_.tiles[slot].zStep;
         }
-        const auto x = static_cast<uint32_t>(column & (kSlotCells - 1)) - 1u;
-        const auto y = static_cast<uint32_t>(row & (kSlotCells - 1)) - 1u;
-        if (x >= insideX || y >= insideY) {
-            rest[k] = 1;
+        const int32_t first = p.first[k];
+        if (!whole && (first % kPostStride > lastX || first / kPostStride > lastY)) {
+            p.first[k] = kAcrossTiles;
             continue;
         }
-        const uint64_t first = base + uint64_t{y} * kPostStride + x;
+        p.zStep[k] = zStep;
         if (cut_.format == 0) {
-            const uint16_t* codes = static_cast<const uint16_t*>(cut_.posts) + first;
-            for (int r = 0; r < 4; ++r, codes += kPostStride) {
-                std::memcpy(&p.codes[r][0][n], codes, sizeof(uint32_t));
-                std::memcpy(&p.codes[r][1][n], codes + 2, sizeof(uint32_t));
-            }
+            const uint16_t* codes = static_cast<const uint16_t*>(cut_.posts) + base + first;
+            for (int r = 0; r < 4; ++r, codes += kPostStride)
+                std::memcpy(&p.codes[r][k], codes, sizeof(uint64_t));
         } else {
-            const float* posts = static_cast<const float*>(cut_.posts) + first;
+            const float* posts = static_cast<const float*>(cut_.posts) + base + first;
             for (int r = 0; r < 4; ++r, posts += kPostStride)
-                for (int c = 0; c < 4; ++c) p.heights[r][c][n] = posts[c];
+                for (int c = 0; c < 4; ++c) p.heights[r][c][k] = posts[c];
         }
-        p.u[n] = places.u[k];
-        p.v[n] = places.v[k];
-        p.scale[n] = places.perCell[k] * zStep * share[k];
-        p.lane[n] = static_cast<uint8_t>(k);
-        ++n;
     }
-    p.count = n;
 }
 
 void FilteredGradient::at(const Doubles& i, const Doubles& j, const Floats& footprint,
                           Floats2& gradient) const {
     static thread_local Patches patches;
-    Ints mip;
-    Floats coarser, share, highest;
-    chooseMips(footprint, maxMip_, mip, coarser);
+    Ints mip, rest{};
+    Floats coarser, finer;
     Floats2 sum{};
-    Lanes<uint8_t> rest{};
-    for (const int pass : {0, 1}) {
-        for (int k = 0; k < kBatch; ++k) share[k] = pass ? coarser[k] : 1.0f - coarser[k];
-        if (pass)
-            for (int k = 0; k < kBatch; ++k) mip[k] = mip[k] < maxMip_ ? mip[k] + 1 : maxMip_;
-        fetch(mip, share, i, j, patches, rest);
-        if (patches.count == 0) continue;
-        if (cut_.format == 0) decode(patches.codes, patches.heights, highest);
-        weigh(patches.heights, patches.u, patches.v, patches.scale, patches.gradient);
-        for (int n = 0; n < patches.count; ++n) {
-            const int k = patches.lane[n];
-            sum.x[k] += patches.gradient.x[n];
-            sum.y[k] += patches.gradient.y[n];
-            if (cut_.format == 0 && highest[n] == 65535.0f) rest[k] = 1;
-        }
+    chooseMips(footprint, maxMip_, mip, coarser, finer);
+    for (const int step : {0, 1}) {
+        const Floats& share = step ? coarser : finer;
+        if (isAllZero(share)) continue;
+        locate(mip, step, share, i, j, patches.tileX, patches.tileY, patches.first, patches.u,
+               patches.v, patches.scale);
+        fetch(mip, step, patches);
+        if (cut_.format == 0) decode(patches.codes, patches.heights, patches.highest);
+        weigh(patches.heights, patches.u, patches.v, patches.scale, patches.zStep,
+              patches.gradient);
+        addUp(patches.first, patches.gradient, patches.highest, sum, rest);
     }
+    if (!keepCertain(sum, rest, gradient)) return;
     for (int k = 0; k < kBatch; ++k) {
+        if (!rest[k]) continue;
         glm::vec2 g{gradient.x[k], gradient.y[k]};
-        if (rest[k] || std::isnan(sum.x[k] + sum.y[k]))
-            at(i[k], j[k], footprint[k], g);
-        else
-            g = {sum.x[k], sum.y[k]};
+        at(i[k], j[k], footprint[k], g);
         gradient.x[k] = g.x;
         gradient.y[k] = g.y;
     }

@@ -36,10 +36,7 @@ void DeferredShader::shadeFlat(const ImageTile& tile, Vec2 offset, std::span<con
         };
         if (batch.some && flatNeedsGround()) {
             ViewBatch view;
-            for (int k = 0; k < kBatch; ++k) {
-                const Vec2 pixel = pixelOf(static_cast<size_t>(k));
-                view.setPixel(k, rays_.camera(), pixel.x, pixel.y);
-            }
+            view.setPixels(rays_.camera(), tile, offset, first);
             ground_.lookThrough(view);
             ground_.at(batch.hits, view, ground);
         }

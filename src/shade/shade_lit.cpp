@@ -38,18 +38,11 @@ float sceneFromPhoto(float v) {
 }  // namespace
 
 void DeferredShader::Scratch::resize(size_t pixels) {
-    count = (pixels + kBatch - 1) / kBatch * kBatch;
-    planes.resize(count * 7);
-    hits.resize(count);
-    rays.resize(count);
-    dark.assign(count, 0);
-}
-
-LitPlanes DeferredShader::Scratch::planesFrom(size_t first) {
-    const auto plane = [&](size_t n) {
-        return std::span<float>(planes).subspan(n * count + first, count - first);
-    };
-    return {{plane(0), plane(1), plane(2)}, {plane(3), plane(4), plane(5)}, plane(6)};
+    const size_t batches = (pixels + kBatch - 1) / kBatch;
+    lit.resize(batches);
+    hits.resize(batches * kBatch);
+    rays.resize(batches * kBatch);
+    dark.assign(batches * kBatch, 0);
 }
 
 void DeferredShader::shadeLit(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
@@ -70,46 +63,44 @@ void DeferredShader::shadeLit(const ImageTile& tile, Vec2 offset, std::span<cons
         counters.shadowRays += traced.rays;
         counters.shadowMs += watch.elapsedMs();
     }
-    addPlanes(scratch.planesFrom(0), scratch.dark, weight, sum);
+    for (size_t first = 0; first < hits.size(); first += kBatch) {
+        const size_t count = std::min<size_t>(kBatch, hits.size() - first);
+        addBatch(scratch.lit[first / kBatch], std::span(scratch.dark).subspan(first, count), weight,
+                 sum.subspan(first, count));
+    }
 }
 
 void DeferredShader::shadeBatch(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
                                 size_t first, Scratch& scratch) const {
     const size_t count = std::min<size_t>(kBatch, hits.size() - first);
-    const auto width = static_cast<size_t>(tile.width);
     ViewBatch view;
-    size_t x = first % width, y = first / width;
-    for (int k = 0; k < kBatch; ++k) {
-        view.setPixel(k, rays_.camera(), tile.x + static_cast<double>(x) + offset.x,
-                      tile.y + static_cast<double>(y) + offset.y);
-        if (static_cast<size_t>(k) + 1 < count && ++x == width) x = 0, ++y;
-    }
+    view.setPixels(rays_.camera(), tile, offset, first);
     ground_.lookThrough(view);
     const BatchHits batch(hits.subspan(first, count));
-    LitBatch lit;
     GroundBatch ground;
     if (batch.some) {
         ground_.at(batch.hits, view, ground);
-        lightAndShadowRays(batch, offset, hits.subspan(first, count), first, ground, lit, scratch);
+        lightAndShadowRays(batch, offset, hits.subspan(first, count), first, ground, scratch);
     } else {
         for (size_t k = 0; k < kBatch; ++k) scratch.hits[first + k].flags = 0;
     }
-    storeBatch(batch, hits.subspan(first, count), view, lit, scratch.planesFrom(first));
+    if (!batch.all) storeMisses(hits.subspan(first, count), view, scratch.lit[first / kBatch]);
 }
 
 /// Colours of a batch in light, and the rays that find out where the sun reaches it.
 void DeferredShader::lightAndShadowRays(const BatchHits& batch, Vec2 offset,
                                         std::span<const Hit> hits, size_t first,
-                                        const GroundBatch& ground, LitBatch& lit,
-                                        Scratch& scratch) const {
+                                        const GroundBatch& ground, Scratch& scratch) const {
     Floats facing{}, openSky;
     const bool sun = light_.sun.g > 0;
     if (sun) sunRays_.facing(ground, modelling_, facing);
     sky_->at(ground.i, ground.j, ground.footprint, openSky);
     LightBatch light;
+    LitBatch& lit = scratch.lit[first / kBatch];
     lightBatch(light_, facing, openSky, ground, light);
     colourBatch(batch.hits, ground, light, lit);
     hazeBatch(air_, ground.distance, lit);
+    std::fill_n(lit.alpha.at, kBatch, 1.0f);
     if (!sun || !settings_.options.shadows) return;
     const bool soft = settings_.options.samples > 1;
     const Ray pattern = sunRays_.pattern(soft ? 2.0 * (offset - Vec2{0.5, 0.5}) : Vec2{0, 0});
@@ -152,21 +143,9 @@ void DeferredShader::colourBatch(std::span<const Hit> hits, const GroundBatch& g
     }
 }
 
-/// Puts a batch's colours where they belong; pixels without ground show the background.
-void DeferredShader::storeBatch(const BatchHits& batch, std::span<const Hit> hits,
-                                const ViewBatch& view, const LitBatch& lit,
-                                const LitPlanes& planes) const {
-    const auto store = [](const FloatsRgb& colour, const std::span<float>(&to)[3]) {
-        std::copy_n(colour.r.at, kBatch, to[0].begin());
-        std::copy_n(colour.g.at, kBatch, to[1].begin());
-        std::copy_n(colour.b.at, kBatch, to[2].begin());
-    };
-    std::fill_n(planes.alpha.begin(), kBatch, 1.0f);
-    if (batch.some) {
-        store(lit.always, planes.always);
-        store(lit.sun, planes.sun);
-    }
-    if (batch.all) return;
+/// Pixels without ground show the background.
+void DeferredShader::storeMisses(std::span<const Hit> hits, const ViewBatch& view,
+                                 LitBatch& lit) const {
     FloatsRgb sky;
     if (background_.kind == Background::Kind::Sky) skyBatch(air_, view.direction.z, sky);
     for (size_t k = 0; k < hits.size(); ++k) {
@@ -175,28 +154,28 @@ void DeferredShader::storeBatch(const BatchHits& batch, std::span<const Hit> hit
         const Colour miss = background_.kind == Background::Kind::Sky
                                 ? Colour{sky.r[lane], sky.g[lane], sky.b[lane], 1.0f}
                                 : missColour({0, 0, 1});
-        setPixel(planes, k, miss);
+        setPixel(lit, k, miss);
     }
 }
 
-void DeferredShader::setPixel(const LitPlanes& planes, size_t k, const Colour& colour) {
-    planes.always[0][k] = colour.r;
-    planes.always[1][k] = colour.g;
-    planes.always[2][k] = colour.b;
-    planes.alpha[k] = colour.a;
-    for (const std::span<float>& sun : planes.sun) sun[k] = 0;
+void DeferredShader::setPixel(LitBatch& lit, size_t k, const Colour& colour) {
+    const int lane = static_cast<int>(k % kBatch);
+    lit.always.r[lane] = colour.r;
+    lit.always.g[lane] = colour.g;
+    lit.always.b[lane] = colour.b;
+    lit.alpha[lane] = colour.a;
+    lit.sun.r[lane] = lit.sun.g[lane] = lit.sun.b[lane] = 0;
 }
 
 void DeferredShader::addPlinth(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
                                Scratch& scratch) const {
-    const LitPlanes planes = scratch.planesFrom(0);
     const auto width = static_cast<size_t>(tile.width);
     for (size_t k = 0; k < hits.size(); ++k) {
         const double px = tile.x + static_cast<double>(k % width) + offset.x;
         const double py = tile.y + static_cast<double>(k / width) + offset.y;
         const auto base = plinthColour(hits[k], px, py);
         if (!base) continue;
-        setPixel(planes, k, {base->r, base->g, base->b, 1.0f});
+        setPixel(scratch.lit[k / kBatch], k, {base->r, base->g, base->b, 1.0f});
         scratch.hits[k].flags = 0;
     }
 }

@@ -48,7 +48,8 @@ struct Choice {
 };
 
 TERRAY_SIMD_CLONES
-void locateEntries(const Choice& c, const Floats& height, Ints& entry, Floats& share) {
+void locateEntries(const Choice& choice, const Floats& height, Ints& entry, Floats& share) {
+    const Choice c = choice;
     for (int k = 0; k < kBatch; ++k) {
         const float h = height[k];
         const bool sea = h < c.shore;

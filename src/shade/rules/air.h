@@ -21,7 +21,8 @@ struct Air {
 inline Rgb skyColour(const Air& air, float sine) {
     const float above = sine - air.horizonSine;
     const float near = expOf(-std::abs(above) * 3.2f);
-    return glm::mix(above >= 0 ? air.zenith : air.below, air.horizon, near);
+    const Rgb far = glm::mix(air.below, air.zenith, above >= 0 ? 1.0f : 0.0f);
+    return glm::mix(far, air.horizon, near);
 }
 
 /// Share of the light that comes through `distance` metres of air.
