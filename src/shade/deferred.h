@@ -13,6 +13,7 @@
 #include "shade/light.h"
 #include "shade/lit_loops.h"
 #include "shade/photo_filter.h"
+#include "shade/photo_map.h"
 #include "shade/plinth.h"
 #include "shade/ramp.h"
 #include "shade/shade.h"
@@ -134,6 +135,7 @@ private:
     std::optional<Plinth> plinth_;
     const Photo* photo_ = nullptr;
     std::shared_ptr<const PhotoFilter> photoFilter_;
+    std::optional<PhotoMap> photoMap_;
     float sampleShare_ = 1;  ///< width of a sample, in pixels
     float modelling_ = 1;    ///< factor on the slopes that the sun models
     double skyMs_ = 0;

@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 
+#include "base/simd_clones.h"
 #include "shade/rules/filter.h"
 
 namespace terray {
@@ -85,49 +86,110 @@ PhotoFilter::PhotoFilter(const Photo& photo) : width_(photo.width), height_(phot
     while (mips_.back().width > 1 || mips_.back().height > 1) mips_.push_back(halve(mips_.back()));
 }
 
-void PhotoFilter::addTap(const Mip& mip, Vec2 place, float weight, PhotoSample& sum) const {
-    const double x = (place.x + 0.5) * static_cast<double>(mip.scale) - 0.5;
-    const double y = (place.y + 0.5) * static_cast<double>(mip.scale) - 0.5;
-    const double left = std::floor(x), top = std::floor(y);
-    const float fx = static_cast<float>(x - left), fy = static_cast<float>(y - top);
-    const int x0 = static_cast<int>(left), y0 = static_cast<int>(top);
-    const int columns[2] = {std::clamp(x0, 0, mip.width - 1), std::clamp(x0 + 1, 0, mip.width - 1)};
-    const int rows[2] = {std::clamp(y0, 0, mip.height - 1), std::clamp(y0 + 1, 0, mip.height - 1)};
-    const float across[2] = {1.0f - fx, fx}, down[2] = {weight * (1.0f - fy), weight * fy};
-    for (int r = 0; r < 2; ++r) {
-        for (int c = 0; c < 2; ++c) {
-            const uint8_t* p = pixelAt(mip.rgba, mip.width, columns[c], rows[r]);
-            const float share = down[r] * across[c] * kTables.share[p[3]];
-            sum.colour.r += share * kTables.linear[p[0]];
-            sum.colour.g += share * kTables.linear[p[1]];
-            sum.colour.b += share * kTables.linear[p[2]];
-            sum.cover += share;
+/// Adds the four pixels around a place.
+inline void PhotoFilter::addTap(const Mip& mip, double placeX, double placeY, float weight,
+                                PhotoSample& sum) {
+    constexpr int kBefore = 2;  // places begin at -1: whole parts by truncation, not by floor
+    const double x = (placeX + 0.5) * static_cast<double>(mip.scale) + (kBefore - 0.5);
+    const double y = (placeY + 0.5) * static_cast<double>(mip.scale) + (kBefore - 0.5);
+    const int wholeX = static_cast<int>(x), wholeY = static_cast<int>(y);
+    const float u = static_cast<float>(x - wholeX), v = static_cast<float>(y - wholeY);
+    const int x0 = std::clamp(wholeX - kBefore, 0, mip.width - 1);
+    const int y0 = std::clamp(wholeY - kBefore, 0, mip.height - 1);
+    const int x1 = std::clamp(wholeX + 1 - kBefore, 0, mip.width - 1);
+    const int y1 = std::clamp(wholeY + 1 - kBefore, 0, mip.height - 1);
+    const uint8_t* topLeft = pixelAt(mip.rgba, mip.width, x0, y0);
+    const ptrdiff_t right = 4 * static_cast<ptrdiff_t>(x1 - x0);
+    const ptrdiff_t down = 4 * static_cast<ptrdiff_t>(y1 - y0) * mip.width;
+    const auto add = [&](const uint8_t* p, float pixelWeight) {
+        const float share = pixelWeight * kTables.share[p[3]];
+        sum.colour.r += share * kTables.linear[p[0]];
+        sum.colour.g += share * kTables.linear[p[1]];
+        sum.colour.b += share * kTables.linear[p[2]];
+        sum.cover += share;
+    };
+    const float upper = weight * (1.0f - v), lower = weight * v;
+    add(topLeft, upper * (1.0f - u));
+    add(topLeft + right, upper * u);
+    add(topLeft + down, lower * (1.0f - u));
+    add(topLeft + down + right, lower * u);
+}
+
+/// How the taps of a batch lie: along an axis, in one mip or two.
+struct PhotoFilter::Shapes {
+    Floats2 axis;
+    Floats perTap;  ///< weight of a tap
+    Floats coarser;
+    Ints taps, mip;
+};
+
+namespace {
+
+TERRAY_SIMD_CLONES
+void chooseTaps(const Floats2& a, const Floats2& b, int last, Floats2& axis, Floats& perTap,
+                Floats& coarser, Ints& taps, Ints& mip) {
+    for (int k = 0; k < kBatch; ++k) {
+        const float ax = a.x[k], ay = a.y[k], bx = b.x[k], by = b.y[k];
+        const float lengthA = ax * ax + ay * ay, lengthB = bx * bx + by * by;
+        const bool alongA = lengthA >= lengthB;
+        axis.x[k] = alongA ? ax : bx;
+        axis.y[k] = alongA ? ay : by;
+        const float length = std::sqrt(alongA ? lengthA : lengthB);
+        const float major = length > 1e-6f ? length : 1e-6f;
+        const float across = std::abs(ax * by - ay * bx) / major,
+                    least = major * (1.0f / kMostTaps);
+        const float wide = across > least ? across : least;
+        const float minor = wide < major ? wide : major;
+        const float wanted = major / minor - 0.25f;
+        const auto whole = static_cast<int32_t>(wanted);
+        const int32_t many = whole + (wanted > static_cast<float>(whole) ? 1 : 0);
+        taps[k] = major <= 1.0f ? 1 : many;
+        perTap[k] = 1.0f / static_cast<float>(taps[k]);
+        const rules::MipBlend blend = rules::mipBlend(minor > 1.0f ? minor : 1.0f, last);
+        mip[k] = blend.mip;
+        coarser[k] = blend.coarser;
+    }
+}
+
+}  // namespace
+
+void PhotoFilter::at(const PhotoFeet& feet, PhotoBatch& photo) const {
+    Shapes s;
+    chooseTaps(feet.a, feet.b, static_cast<int>(mips_.size()) - 1, s.axis, s.perTap, s.coarser,
+               s.taps, s.mip);
+    for (int k = 0; k < kBatch; ++k) {
+        const Mip& fine = mips_[static_cast<size_t>(s.mip[k])];
+        const float coarse = s.perTap[k] * s.coarser[k], own = s.perTap[k] - coarse;
+        PhotoSample sum;
+        for (int n = 0; n < s.taps[k]; ++n) {
+            const float along = (static_cast<float>(n) + 0.5f) * s.perTap[k] - 0.5f;
+            const double x = feet.x[k] + static_cast<double>(along * s.axis.x[k]);
+            const double y = feet.y[k] + static_cast<double>(along * s.axis.y[k]);
+            // Half a pixel of grace: a photo that ends with the posts' pixels covers the posts.
+            if (x < -1 || y < -1 || x > width_ || y > height_) continue;
+            if (own > 0.0f) addTap(fine, x, y, own, sum);
+            if (coarse > 0.0f) addTap(*(&fine + 1), x, y, coarse, sum);
         }
+        photo.colour.r[k] = sum.colour.r;
+        photo.colour.g[k] = sum.colour.g;
+        photo.colour.b[k] = sum.colour.b;
+        photo.cover[k] = sum.cover;
     }
 }
 
 PhotoSample PhotoFilter::at(Vec2 place, glm::vec2 a, glm::vec2 b) const {
-    const float lengthA = glm::length(a), lengthB = glm::length(b);
-    const glm::vec2 axis = lengthA >= lengthB ? a : b;
-    const float major = std::max(std::max(lengthA, lengthB), 1e-6f);
-    const float area = std::abs(a.x * b.y - a.y * b.x);
-    const float minor = std::clamp(area / major, major / kMostTaps, major);
-    const int taps = major <= 1.0f ? 1 : static_cast<int>(std::ceil(major / minor - 0.25f));
-    const rules::MipBlend blend =
-        rules::mipBlend(std::max(minor, 1.0f), static_cast<int>(mips_.size()) - 1);
-    const auto mip = static_cast<size_t>(blend.mip);
-    PhotoSample sum;
-    const float weight = 1.0f / static_cast<float>(taps);
-    for (int k = 0; k < taps; ++k) {
-        const float along = (static_cast<float>(k) + 0.5f) * weight - 0.5f;
-        const Vec2 tap =
-            place + Vec2{static_cast<double>(along * axis.x), static_cast<double>(along * axis.y)};
-        // Half a pixel of grace: a photo that ends with the posts' pixels covers the posts.
-        if (tap.x < -1 || tap.y < -1 || tap.x > width_ || tap.y > height_) continue;
-        if (blend.coarser < 1.0f) addTap(mips_[mip], tap, weight * (1.0f - blend.coarser), sum);
-        if (blend.coarser > 0.0f) addTap(mips_[mip + 1], tap, weight * blend.coarser, sum);
+    PhotoFeet feet;
+    PhotoBatch photo;
+    for (int k = 0; k < kBatch; ++k) {
+        feet.x[k] = place.x;
+        feet.y[k] = place.y;
+        feet.a.x[k] = a.x;
+        feet.a.y[k] = a.y;
+        feet.b.x[k] = b.x;
+        feet.b.y[k] = b.y;
     }
-    return sum;
+    at(feet, photo);
+    return {{photo.colour.r[0], photo.colour.g[0], photo.colour.b[0]}, photo.cover[0]};
 }
 
 }  // namespace terray

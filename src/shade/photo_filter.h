@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "raster/photo.h"
+#include "shade/batch.h"
 #include "shade/rules/colour.h"
 
 namespace terray {
@@ -19,6 +20,17 @@ struct PhotoSample {
     float cover = 0;
 };
 
+/// Places of kBatch samples in photo pixels, centres at whole numbers, and the two sides of the
+/// parallelogram that each covers.
+struct PhotoFeet {
+    Doubles x, y;
+    Floats2 a, b;
+};
+struct PhotoBatch {
+    FloatsRgb colour;
+    Floats cover;
+};
+
 /// Borrows the photo's finest pixels. const-shared.
 class PhotoFilter {
 public:
@@ -27,6 +39,7 @@ public:
     /// Mean over the parallelogram of `a` and `b` (photo pixels per picture sample) around a place
     /// given in photo pixels, centres at whole numbers.
     PhotoSample at(Vec2 place, glm::vec2 a, glm::vec2 b) const;
+    void at(const PhotoFeet& feet, PhotoBatch& photo) const;
 
     int mipCount() const { return static_cast<int>(mips_.size()); }
 
@@ -37,7 +50,9 @@ private:
         const uint8_t* rgba = nullptr;
         float scale = 1;  ///< pixels of this mip per photo pixel
     };
-    void addTap(const Mip& mip, Vec2 place, float weight, PhotoSample& sum) const;
+    struct Shapes;
+    static void addTap(const Mip& mip, double placeX, double placeY, float weight,
+                       PhotoSample& sum);
     static Mip halve(const Mip& fine);
 
     std::vector<Mip> mips_;

@@ -20,21 +20,6 @@ const Rgb kPlinth = rules::sceneFromCodes(198, 194, 187);
 const Rgb kContour = rules::sceneFromCodes(92, 68, 50);
 const Rgb kGridLine = rules::sceneFromCodes(36, 42, 52);
 
-/// Scene value that displays as a photo's linear value: rules::sceneFromDisplay by table.
-float sceneFromPhoto(float v) {
-    constexpr size_t kLast = 1024;
-    static const std::array<float, kLast + 1> kTable = [] {
-        std::array<float, kLast + 1> table{};
-        for (size_t k = 0; k <= kLast; ++k)
-            table[k] = rules::sceneFromDisplay(static_cast<float>(k) / static_cast<float>(kLast));
-        return table;
-    }();
-    const float x = std::clamp(v, 0.0f, 1.0f) * static_cast<float>(kLast);
-    const size_t k = std::min(static_cast<size_t>(x), kLast - 1);
-    const float f = x - static_cast<float>(k);
-    return kTable[k] + f * (kTable[k + 1] - kTable[k]);
-}
-
 }  // namespace
 
 void DeferredShader::Scratch::resize(size_t pixels) {
@@ -238,31 +223,13 @@ void DeferredShader::rampBatch(const GroundBatch& ground, FloatsRgb& albedo) con
 
 void DeferredShader::photoBatch(const GroundBatch& ground, FloatsRgb& own,
                                 FloatsRgb& albedo) const {
-    const Affine2& map = photo_->worldFromPixel;
-    const auto pixels = [&](float x, float y) {
-        const LatticePoint p = map.latticeDirection(Vec2(x, y) * static_cast<double>(sampleShare_));
-        return glm::vec2{p.i, p.j};
-    };
-    const auto relief = static_cast<float>(settings_.options.reliefOnPhotoPercent / 100.0);
+    PhotoFeet feet;
+    PhotoBatch photo;
+    photoMap_->place(ground, feet);
+    photoFilter_->at(feet, photo);
     rampBatch(ground, albedo);
-    for (int k = 0; k < kBatch; ++k) {
-        const Vec2 world = rays_.worldFromLattice().worldFromLattice({ground.i[k], ground.j[k]});
-        const LatticePoint place = map.latticeFromWorld(world);
-        const PhotoSample photo =
-            photoFilter_->at({place.i, place.j}, pixels(ground.footX.x[k], ground.footX.y[k]),
-                             pixels(ground.footY.x[k], ground.footY.y[k]));
-        if (photo.cover <= 0) continue;
-        const Rgb shown = photo.colour / photo.cover;
-        const Rgb scene = photo.cover * Rgb{sceneFromPhoto(shown.r), sceneFromPhoto(shown.g),
-                                            sceneFromPhoto(shown.b)};
-        const float bare = 1.0f - photo.cover > 0.002f ? 1.0f - photo.cover : 0.0f;
-        own.r[k] = scene.r * (1.0f - relief);
-        own.g[k] = scene.g * (1.0f - relief);
-        own.b[k] = scene.b * (1.0f - relief);
-        albedo.r[k] = albedo.r[k] * bare + scene.r * relief;
-        albedo.g[k] = albedo.g[k] * bare + scene.g * relief;
-        albedo.b[k] = albedo.b[k] * bare + scene.b * relief;
-    }
+    showPhoto(photo, static_cast<float>(settings_.options.reliefOnPhotoPercent / 100.0), own,
+              albedo);
 }
 
 void DeferredShader::contourBatch(const GroundBatch& ground, Floats& cover) const {

@@ -85,7 +85,11 @@ Result<void> DeferredShader::prepare(ShadeCache& cache) {
     }
     modelling_ = modellingFor(survey->meanSlope, rays_.exaggeration(), settings_.options);
     sky_ = cache.skyLight(cut_, info, rays_.exaggeration(), overview, skyMs_);
-    if (settings_.shading == Shading::Photo) photoFilter_ = cache.photoFilter(*photo_);
+    if (settings_.shading == Shading::Photo) {
+        photoFilter_ = cache.photoFilter(*photo_);
+        photoMap_.emplace(info.worldFromLattice, photo_->worldFromPixel,
+                          static_cast<double>(sampleShare_));
+    }
     return {};
 }
 
