@@ -1,12 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// Memory figures from the operating system.
+// CPU time and memory figures from the operating system.
 #include "base/stopwatch.h"
 
 #include <malloc.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <ctime>
+
 namespace terray {
+
+double CpuStopwatch::threadCpuMs() {
+    timespec now{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
+}
 
 uint64_t peakResidentBytes() {
     rusage usage{};

@@ -18,6 +18,17 @@ private:
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
+/// CPU time of this thread: work done, whatever else the machine does. confined to the thread that
+/// made it.
+class CpuStopwatch {
+public:
+    double elapsedMs() const { return threadCpuMs() - start_; }
+
+private:
+    static double threadCpuMs();
+    double start_ = threadCpuMs();
+};
+
 /// Largest resident set of this process so far, in bytes.
 uint64_t peakResidentBytes();
 /// Physical memory of the machine, in bytes.

@@ -102,7 +102,7 @@ private:
     }
 
     void cast(const ImageTile& tile, Vec2 offset, Worker& worker) const {
-        const Stopwatch watch;
+        const CpuStopwatch watch;
         frame_.technique->castTile(frame_.cut.cut(), frame_.rays, tile, offset, worker.hits,
                                    worker.figures.trace);
         worker.figures.traceMs += watch.elapsedMs();
@@ -114,7 +114,7 @@ private:
         worker.sum.assign(tile.pixelCount(), Colour{});
         for (const Vec2 offset : pattern) {
             cast(tile, offset, worker);
-            const Stopwatch watch;
+            const CpuStopwatch watch;
             frame_.shader->shadeTile(tile, offset, worker.hits, weight, worker.sum,
                                      worker.figures.shade);
             worker.figures.shadeMs += watch.elapsedMs();
@@ -125,7 +125,7 @@ private:
         const int width = frame_.camera().width;
         if (demand_.linear) copyTile(tile, band.firstRow, width, 1, worker.sum, band.linear);
         if (!demand_.display) return;
-        const Stopwatch watch;
+        const CpuStopwatch watch;
         worker.display.resize(tile.pixelCount() * 4);
         frame_.shader->toDisplay(worker.sum, worker.display);
         copyTile(tile, band.firstRow, width, 4, worker.display, band.display);
@@ -135,7 +135,7 @@ private:
     }
 
     void fillAovs(const ImageTile& tile, Worker& worker, Band& band) const {
-        const Stopwatch watch;
+        const CpuStopwatch watch;
         for (size_t k = 0; k < demand_.aovs.size(); ++k) {
             const auto channels = static_cast<size_t>(aovChannels(demand_.aovs[k]));
             worker.aov.resize(tile.pixelCount() * channels);

@@ -25,7 +25,7 @@ struct BandDemand {
     bool picture() const { return linear || display; }
 };
 
-/// Work done by all threads, milliseconds summed over threads.
+/// Work done by all threads, milliseconds of CPU time summed over threads.
 struct BandFigures {
     TraceCounters trace;
     ShadeCounters shade;

@@ -42,7 +42,7 @@ void DeferredShader::shadeLit(const ImageTile& tile, Vec2 offset, std::span<cons
         shadeBatch(tile, offset, hits, first, scratch);
     if (plinth_) addPlinth(tile, offset, hits, scratch);
     if (light_.sun.g > 0 && settings_.options.shadows) {
-        const Stopwatch watch;
+        const CpuStopwatch watch;
         TraceCounters traced;
         occluded(cut_, scratch.hits, scratch.rays, scratch.dark, traced);
         counters.shadowRays += traced.rays;

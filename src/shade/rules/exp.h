@@ -8,7 +8,8 @@
 
 namespace terray::rules {
 
-/// e^x for x <= 0, relative error below (4 + 1.5 |x|) 1e-7: 2^whole * 2^part, the latter by its Taylor series.
+/// e^x for x <= 0, relative error below (4 + 1.5 |x|) 1e-7: 2^whole * 2^part, the latter by its
+/// Taylor series.
 inline float expOf(float x) {
     const float y = std::max(x * 1.44269504f, -126.0f);
     const auto whole = static_cast<int32_t>(y - 0.5f);  // the nearest: y is not positive
