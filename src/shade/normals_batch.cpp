@@ -114,7 +114,7 @@ void addUp(const Ints& first, const Floats2& part, const Floats& highest, Floats
         sum.x[k] += used ? part.x[k] : 0.0f;
         sum.y[k] += used ? part.y[k] : 0.0f;
         const bool hole = used & (highest[k] >= 65535.0f);
-        rest[k] |= (first[k] == kAcrossTiles) | hole ? 1 : 0;
+        rest[k] |= ((first[k] == kAcrossTiles) | hole) ? 1 : 0;
     }
 }
 
