@@ -289,7 +289,7 @@ void GroundSampler::at(std::span<const Hit> hits, ViewBatch& view, GroundBatch& 
     place(sampler, cells, view, ground, lattice);
     filtered_.at(ground.i, ground.j, ground.footprint, lattice);
     orient(sampler, lattice, ground);
-    if (cut_.constantSurface)
+    if (cut_.surface == kSurfaceConstant)
         for (int k = 0; k < kBatch; ++k)
             asBlock(hits[static_cast<size_t>(k)], view, cells, k, ground);
     if (!withFeet_) return;
