@@ -13,6 +13,7 @@
 #include "peers/embree_scene.h"
 #include "peers/tables.h"
 #include "peers/terray_casters.h"
+#include "scene.h"
 #include "stream/cut.h"
 #include "stream/pool.h"
 

@@ -17,8 +17,9 @@
 namespace terray {
 namespace {
 
-/// A side of an image tile, pixels: its hits and sums (64 x 64 x 40 bytes) stay in a core's cache.
-constexpr int kTileSide = 64;
+/// A side of an image tile, pixels: its hits and sums (128 x 128 x 40 bytes) stay in a core's
+/// cache, and few of its columns and rows lack neighbours to begin from.
+constexpr int kTileSide = 128;
 
 /// One thread's buffers and figures.
 struct Worker {
@@ -70,6 +71,8 @@ public:
             sum.trace.hits += w.figures.trace.hits;
             sum.trace.steps += w.figures.trace.steps;
             sum.trace.redone += w.figures.trace.redone;
+            sum.trace.columns += w.figures.trace.columns;
+            sum.trace.beams += w.figures.trace.beams;
             sum.shade.shadowRays += w.figures.shade.shadowRays;
             sum.shade.shadowMs += w.figures.shade.shadowMs;
             sum.displayMs += w.figures.displayMs;

@@ -33,6 +33,8 @@ RenderStats collectStats(const Terrain::State& state, const Frame& frame,
     s.rays = figures.trace.rays;
     s.hits = figures.trace.hits;
     s.redone = figures.trace.redone;
+    s.columnRays = figures.trace.columns;
+    s.beamRays = figures.trace.beams;
     s.shadowRays = figures.shade.shadowRays;
     s.loadMs = state.build.loadMs;
     s.buildMs = state.build.buildMs;

@@ -19,6 +19,8 @@ std::string toJson(const RenderStats& s) {
         {"hits", s.hits},
         {"shadow_rays", s.shadowRays},
         {"redone", s.redone},
+        {"column_rays", s.columnRays},
+        {"beam_rays", s.beamRays},
         {"load_ms", s.loadMs},
         {"build_ms", s.buildMs},
         {"sky_ms", s.skyMs},

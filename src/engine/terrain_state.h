@@ -9,6 +9,7 @@
 #include <string>
 
 #include "geo/frame.h"
+#include "kernel/sweep/sun_cache.h"
 #include "raster/photo.h"
 #include "shade/shade_cache.h"
 #include "stream/cut.h"
@@ -27,6 +28,8 @@ struct Terrain::State {
     BuildStats build;               ///< loadMs: with header and photo
     int threads = 0;                ///< cores that work uses
     mutable ShadeCache shadeCache;  ///< what pictures share
+    /// Shadows of the last suns, for as long as the same tiles are drawn.
+    std::shared_ptr<SunSweepCache> sunSweeps = std::make_shared<SunSweepCache>(1);
     mutable tbb::task_arena arena;  ///< all parallel work of this terrain runs in here
 
     /// Maps between the data's CRS, degrees and world; one for each caller (confined).

@@ -167,8 +167,7 @@ double BeamWalk::clearTo(double wanted) {
         const Box box{std::min(here_.box.x0, there.box.x0), std::min(here_.box.y0, there.box.y0),
                       std::max(here_.box.x1, there.box.x1), std::max(here_.box.y1, there.box.y1)};
         const double lowest = std::min(here_.lowest, there.lowest) + bend_ * w_ * w_;
-        if (lowest >
-            static_cast<double>(maxOver(box, sharp_.at / (1 + sharp_.perW * next))) + clearance_) {
+        if (lowest > static_cast<double>(maxOver(box, sharp_.least(next))) + clearance_) {
             w_ = next;
             const bool rising = there.lowest > here_.lowest;
             here_ = there;

@@ -21,10 +21,16 @@ class BeamWalk {
 public:
     explicit BeamWalk(const TerrainCut& cut, const Beam& beam) : BeamWalk(cut, beam, {}) {}
     /// Only ground whose slope falls off by at least so many metres a cell of mip 0 stands in the
-    /// way, at / (1 + perW w): blocks that hold such a place, rims of holes, borders between unlike
-    /// mips, and the terrain's rim for rays that come from outside.
+    /// way, see least(): blocks that hold such a place, rims of holes, borders between unlike mips,
+    /// and the terrain's rim for rays that come from outside.
     struct Sharp {
-        double at = 0, perW = 0;
+        double at = 0;    ///< at the eye; 0: any ground
+        double perW = 0;  ///< cells from ray to ray, per w
+        /// Less where several edges of cells lie between two rays, one a cell and direction.
+        double least(double w) const {
+            const double cells = perW * w;
+            return at / (cells < 1 ? 1 + 0.5 * cells : 1 + cells);
+        }
     };
     BeamWalk(const TerrainCut& cut, const Beam& beam, const Sharp& sharp);
 

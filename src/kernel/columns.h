@@ -94,9 +94,9 @@ struct MarchCounts {
 };
 
 /// Marches the rays of a row, columns [begin, end), a few cells each from where the rays of the row
-/// below between which they stand are both still above the surface. Not for constant surfaces. A hit
-/// is the ray's first for certain if below[] and limit[] are true. hits[k] is column k's, without
-/// kHitValid where there is none (yet); past[] tells of this row then.
+/// below between which they stand are both still above the surface. Not for constant surfaces. A
+/// hit is the ray's first for certain if below[] and limit[] are true. hits[k] is column k's,
+/// without kHitValid where there is none (yet); past[] tells of this row then.
 MarchCounts marchRow(const TerrainCut& cut, const MarchTile& tile, const MarchRow& row, int begin,
                      int end, MarchLanes& lanes, Hit* hits);
 

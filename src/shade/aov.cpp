@@ -96,12 +96,13 @@ void DeferredShader::shadowAov(const ImageTile& tile, std::span<const Hit> hits,
                                std::span<float> out) const {
     std::vector<Ray> rays(hits.size());
     std::vector<uint8_t> dark(hits.size(), 0);
+    const SunDirection sun = sunRays_.direction();
     for (size_t k = 0; k < hits.size(); ++k) {
         if (!isHit(hits[k])) continue;
         const LatticePlace place = hitPlace(cut_, hits[k]);
         const auto x = static_cast<int>(k) % tile.width, y = static_cast<int>(k) / tile.width;
         rays[k] =
-            sunRays_.from(place.i, place.j, heightOf(hits[k], tile.x + x + 0.5, tile.y + y + 0.5));
+            sun.rayFrom(place.i, place.j, heightOf(hits[k], tile.x + x + 0.5, tile.y + y + 0.5));
     }
     TraceCounters traced;
     occluded(cut_, hits, rays, dark, traced);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "kernel/sweep/sun_cache.h"
 #include "shade/background.h"
 #include "shade/display.h"
 #include "shade/ground.h"
@@ -90,6 +91,8 @@ private:
     void photoBatch(const GroundBatch& ground, FloatsRgb& own, FloatsRgb& albedo) const;
     void contourBatch(const GroundBatch& ground, Floats& cover) const;
     float gridCover(const Hit& hit, const GroundBatch& ground, int k) const;
+    /// Fills scratch.dark: by a sun sweep where that pays, else ray by ray.
+    void castShadows(Vec2 offset, Scratch& scratch, ShadeCounters& counters) const;
     /// The hits on ground that the plinth carries: rays go on where they hit what stands over it.
     void cutOverhang(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
                      std::vector<Hit>& carried) const;
@@ -126,6 +129,7 @@ private:
     Background background_;
     GroundSampler ground_;
     SunRays sunRays_;
+    std::shared_ptr<SunSweepCache> sunSweeps_;  ///< null where a sweep does not pay
     SceneReach reach_;
     rules::Light light_;
     rules::Air air_;

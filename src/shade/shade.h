@@ -7,6 +7,7 @@
 #include <span>
 
 #include "base/result.h"
+#include "kernel/sweep/sun_cache.h"
 #include "kernel/trace.h"
 #include "raster/photo.h"
 #include "stream/resident.h"
@@ -34,6 +35,8 @@ struct ShadeSettings {
     RenderOptions options;  ///< look options as given
     Sun sun;
     std::string crsWkt;  ///< for nothing but legend text
+    /// Kept by who draws several frames, so that a sun is swept once; null: the shader's own.
+    std::shared_ptr<SunSweepCache> sunSweeps;
 };
 
 struct ShadeCounters {

@@ -109,7 +109,7 @@ Rgb DeferredShader::flatColour(const Hit& hit, double px, double py, const Groun
 Rgb DeferredShader::shadowStepsColour(const Hit& hit, double px, double py,
                                       ShadeCounters& counters) const {
     const LatticePlace place = hitPlace(cut_, hit);
-    const Ray ray = sunRays_.from(place.i, place.j, heightOf(hit, px, py));
+    const Ray ray = sunRays_.direction().rayFrom(place.i, place.j, heightOf(hit, px, py));
     uint8_t dark = 0;
     TraceCounters traced;
     occluded(cut_, {&hit, 1}, {&ray, 1}, {&dark, 1}, traced);

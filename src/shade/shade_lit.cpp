@@ -20,6 +20,11 @@ const Rgb kPlinth = rules::sceneFromCodes(198, 194, 187);
 const Rgb kContour = rules::sceneFromCodes(92, 68, 50);
 const Rgb kGridLine = rules::sceneFromCodes(36, 42, 52);
 
+/// Where on the sun's disc the ray of a sample aims.
+Vec2 discPlace(const RenderOptions& options, Vec2 offset) {
+    return options.samples > 1 ? 2.0 * (offset - Vec2{0.5, 0.5}) : Vec2{0, 0};
+}
+
 }  // namespace
 
 void DeferredShader::Scratch::resize(size_t pixels) {
@@ -28,6 +33,21 @@ void DeferredShader::Scratch::resize(size_t pixels) {
     hits.resize(batches * kBatch);
     rays.resize(batches * kBatch);
     dark.assign(batches * kBatch, 0);
+}
+
+void DeferredShader::castShadows(Vec2 offset, Scratch& scratch, ShadeCounters& counters) const {
+    if (sunSweeps_) {
+        const SunDirection toSun = sunRays_.direction(discPlace(settings_.options, offset));
+        if (const auto sweep = sunSweeps_->get(cut_, toSun)) {
+            ShadowCounters walked;
+            terray::shadows(cut_, *sweep, scratch.hits, scratch.rays, scratch.dark, walked);
+            counters.shadowRays += walked.rays;
+            return;
+        }
+    }
+    TraceCounters traced;
+    occluded(cut_, scratch.hits, scratch.rays, scratch.dark, traced);
+    counters.shadowRays += traced.rays;
 }
 
 void DeferredShader::shadeLit(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
@@ -43,9 +63,7 @@ void DeferredShader::shadeLit(const ImageTile& tile, Vec2 offset, std::span<cons
     if (plinth_) addPlinth(tile, offset, hits, scratch);
     if (light_.sun.g > 0 && settings_.options.shadows) {
         const CpuStopwatch watch;
-        TraceCounters traced;
-        occluded(cut_, scratch.hits, scratch.rays, scratch.dark, traced);
-        counters.shadowRays += traced.rays;
+        castShadows(offset, scratch, counters);
         counters.shadowMs += watch.elapsedMs();
     }
     for (size_t first = 0; first < hits.size(); first += kBatch) {
@@ -87,17 +105,15 @@ void DeferredShader::lightAndShadowRays(const BatchHits& batch, Vec2 offset,
     hazeBatch(air_, ground.distance, lit);
     std::fill_n(lit.alpha.at, kBatch, 1.0f);
     if (!sun || !settings_.options.shadows) return;
-    const bool soft = settings_.options.samples > 1;
-    const Ray pattern = sunRays_.pattern(soft ? 2.0 * (offset - Vec2{0.5, 0.5}) : Vec2{0, 0});
+    const SunDirection toSun = sunRays_.direction(discPlace(settings_.options, offset));
     for (size_t k = 0; k < kBatch; ++k) {
         Hit& hit = scratch.hits[first + k];
         const int lane = static_cast<int>(k);
         hit.flags = 0;
         if (k >= hits.size() || !isHit(hits[k]) || facing[lane] <= 0) continue;
         hit = hits[k];
-        scratch.rays[first + k] = pattern;
-        sunRays_.place(ground.i[lane], ground.j[lane], static_cast<double>(ground.height[lane]),
-                       scratch.rays[first + k]);
+        scratch.rays[first + k] = toSun.rayFrom(ground.i[lane], ground.j[lane],
+                                                static_cast<double>(ground.height[lane]));
     }
 }
 

@@ -44,7 +44,7 @@ TEST(ShaderAov, ShadowIsWhatTheOracleSays) {
     ShadeScene scene(source, cameraOver(source, 96, 64), 1.7, 6.8e-8);
     const auto hits = scene.hits();
     const auto shadow = aovOf(scene, Aov::Shadow);
-    const SunRays sun(scene.settings.sun, scene.rays);
+    const SunDirection sun = SunRays(scene.settings.sun, scene.rays).direction();
     size_t dark = 0, lit = 0;
     for (size_t k = 0; k < hits.size(); ++k) {
         if (!isHit(hits[k])) {
@@ -52,7 +52,7 @@ TEST(ShaderAov, ShadowIsWhatTheOracleSays) {
             continue;
         }
         const auto place = hitPlace(scene.cut.cut(), hits[k]);
-        const Ray ray = sun.from(place.i, place.j, hitHeight(scene.cut.cut(), hits[k]));
+        const Ray ray = sun.rayFrom(place.i, place.j, hitHeight(scene.cut.cut(), hits[k]));
         EXPECT_EQ(shadow[k] == 0.0f, oracle::occluded(scene.cut.cut(), hits[k], ray)) << k;
         (shadow[k] == 0.0f ? dark : lit) += 1;
     }
@@ -208,6 +208,45 @@ TEST(Shader, ShadowsDarkenButStayReadable) {
     EXPECT_GT(darker, 50u);
 }
 
+/// With so many pixels the sun is swept; the picture is the one of cast shadow rays.
+TEST(Shader, SweptShadowsAreCastShadows) {
+    const FunctionSource source(400, 300, 30, hills);
+    ShadeScene scene(source, cameraOver(source, 256, 192), 1.3, 6.8e-8);
+    scene.settings.shading = Shading::Light;
+    scene.settings.options.samples = 2;
+    scene.settings.sunSweeps = std::make_shared<SunSweepCache>(2);
+    const SunRays sunRays(scene.settings.sun, scene.rays);
+    const auto withShadows = scene.shader();
+    scene.settings.options.shadows = false;
+    const auto without = scene.shader();
+    int dark = 0;
+    for (const Vec2 offset : {Vec2{0.25, 0.25}, Vec2{0.75, 0.75}}) {
+        const auto hits = scene.hits(offset);
+        const auto shaded = shadedOnce(scene, *withShadows, offset);
+        const auto bare = shadedOnce(scene, *without, offset);
+        const SunDirection sun = sunRays.direction(2.0 * (offset - Vec2{0.5, 0.5}));
+        const auto sweep = scene.settings.sunSweeps->get(scene.cut.cut(), sun);
+        ASSERT_TRUE(sweep);
+        EXPECT_EQ(sweep, scene.settings.sunSweeps->get(scene.cut.cut(), sun));
+        for (size_t k = 0; k < hits.size(); ++k) {
+            if (!isHit(hits[k])) continue;
+            const auto place = hitPlace(scene.cut.cut(), hits[k]);
+            const auto height = static_cast<float>(hitHeight(scene.cut.cut(), hits[k]));
+            const Ray ray = sun.rayFrom(place.i, place.j, static_cast<double>(height));
+            uint8_t cast = 0;
+            TraceCounters traced;
+            occluded(scene.cut.cut(), {&hits[k], 1}, {&ray, 1}, {&cast, 1}, traced);
+            if (cast == 0) {
+                EXPECT_EQ(shaded[k].g, bare[k].g) << k;
+            } else {
+                EXPECT_LE(shaded[k].g, bare[k].g) << k;
+                dark += shaded[k].g < bare[k].g ? 1 : 0;
+            }
+        }
+    }
+    EXPECT_GT(dark, 1000);
+}
+
 TEST(Shader, FarRoughGroundIsCalm) {
     // White noise of two metres on a plain, seen from so far that a pixel holds hundreds of posts.
     std::mt19937 random(8);
@@ -238,14 +277,18 @@ TEST(SunRays, AreTranslatesOfOneParabola) {
     sun.towards = glm::normalize(Vec3{-0.6, 0.5, 0.2});
     sun.centre = {520000, 3970000};
     const SunRays sunRays(sun, rays);
-    const Ray from = sunRays.from(50, 40, 1200);
-    const double t = 25000;
-    const double i = from.x + from.dx * t, j = from.y + from.dy * t;
-    const double z = from.z + from.dz * t + from.bend * t * t;
-    const Ray onward = sunRays.from(i, j, z);
-    EXPECT_NEAR(onward.dx, from.dx, 1e-12);
-    EXPECT_NEAR(onward.dz, from.dz + 2 * from.bend * t, 1e-9);
-    EXPECT_NEAR(onward.bend, from.bend, 1e-18);
+    for (const Vec2 onDisc : {Vec2{0, 0}, Vec2{1, -0.7}}) {
+        const SunDirection toSun = sunRays.direction(onDisc);
+        const Ray from = toSun.rayFrom(50, 40, 1200);
+        const double t = 25000;
+        const double i = from.x + from.dx * t, j = from.y + from.dy * t;
+        const double z = from.z + from.dz * t + from.bend * t * t;
+        const Ray onward = toSun.rayFrom(i, j, z);
+        EXPECT_NEAR(onward.dx, from.dx, 1e-12);
+        EXPECT_NEAR(onward.dz, from.dz + 2 * from.bend * t, 1e-12);
+        EXPECT_NEAR(onward.bend, from.bend, 1e-18);
+        EXPECT_GT(from.bend, 0);
+    }
 }
 
 }  // namespace

@@ -30,7 +30,7 @@ glm::vec3 SunRays::towardsAt(double i, double j) const {
     return glm::vec3(bend_ == 0 ? towards : glm::normalize(towards));
 }
 
-Ray SunRays::pattern(Vec2 onDisc) const {
+SunDirection SunRays::direction(Vec2 onDisc) const {
     // Angular radius: the true one is 0.27 degrees; thin high clouds make it seem larger.
     constexpr double kDisc = radFromDeg(0.45);
     const Vec2 ahead = cosine_ > 0 ? horizontal_ / cosine_ : Vec2{0, 1};
@@ -38,18 +38,18 @@ Ray SunRays::pattern(Vec2 onDisc) const {
     const Vec2 aim =
         horizontal_ - ahead * (kDisc * onDisc.y * sine_) + sideways * (kDisc * onDisc.x);
     const LatticePoint step = worldFromLattice_.latticeDirection(aim);
-    Ray ray;
-    ray.dx = step.i;
-    ray.dy = step.j;
-    ray.dz = kDisc * onDisc.y * cosine_;
-    ray.bend = bend_ * glm::dot(aim, aim);
-    return ray;
-}
-
-Ray SunRays::from(double i, double j, double z, Vec2 onDisc) const {
-    Ray ray = pattern(onDisc);
-    place(i, j, z, ray);
-    return ray;
+    SunDirection sun;
+    sun.dx = step.i;
+    sun.dy = step.j;
+    sun.bend = bend_ * glm::dot(aim, aim);
+    // The slope grows along the aim itself, not along the middle of the disc: only so is a ray
+    // that goes on a translate of every other one.
+    const Vec2 growth = 2 * bend_ * aim;
+    sun.rise = (sine_ + kDisc * onDisc.y * cosine_) / exaggeration_ +
+               glm::dot(growth, worldFromLattice_.origin - centre_);
+    sun.riseI = glm::dot(growth, worldFromLattice_.column);
+    sun.riseJ = glm::dot(growth, worldFromLattice_.row);
+    return sun;
 }
 
 namespace {

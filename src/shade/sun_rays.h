@@ -5,7 +5,7 @@
 
 #include <glm/vec3.hpp>
 
-#include "kernel/layout/layout.h"
+#include "kernel/sweep/sun.h"
 #include "shade/ground.h"
 #include "shade/shade.h"
 
@@ -18,19 +18,9 @@ public:
 
     /// Unit vector towards the sun in picture space at a lattice place.
     glm::vec3 towardsAt(double i, double j) const;
-    /// Ray from a place on the surface (true height z) to the sun. `onDisc` in -1..1 moves the aim
-    /// over the sun's disc: the samples of a pixel together give shadows a soft edge.
-    Ray from(double i, double j, double z, Vec2 onDisc = {0, 0}) const;
-
-    /// `from` in two steps: what all rays to a place on the disc share (its dz is only that place's
-    /// rise over the sun's centre), and where one starts.
-    Ray pattern(Vec2 onDisc) const;
-    void place(double i, double j, double z, Ray& ray) const {
-        ray.x = i;
-        ray.y = j;
-        ray.z = z;
-        ray.dz = (riseAt(i, j) + ray.dz) / exaggeration_;
-    }
+    /// All rays to the sun. `onDisc` in -1..1 moves the aim over the sun's disc: the samples of a
+    /// pixel together give shadows a soft edge.
+    SunDirection direction(Vec2 onDisc = {0, 0}) const;
 
     /// max(0, N.L) on ground whose slopes are `modelling` times as steep.
     void facing(const GroundBatch& ground, float modelling, Floats& facing) const;

@@ -292,9 +292,8 @@ bool Marcher::mayHideGround() const {
     if (cut_.hasHoles != 0 || cut_.unlikeMips != 0 || march_.eyeOutside) return true;
     const float farthest =
         *std::max_element(lanes_.below + kMarchPad, lanes_.below + kMarchPad + tile_.width);
-    return static_cast<double>(cut_.maxSharpness) *
-               (1 + neighbours_.perAhead * static_cast<double>(farthest)) >=
-           neighbours_.sharp;
+    return static_cast<double>(cut_.maxSharpness) >=
+           neighbours_.sharp.least(static_cast<double>(farthest));
 }
 
 /// A ray may begin where those of the row below hit only as far as no sharp ground reaches up to
@@ -322,8 +321,8 @@ void Marcher::limitBegins(int row, const RayTerms& terms) {
                 cut_,
                 pixelBeam(begin - neighbours_.left, end + neighbours_.right, rowBelow(chunkFirst_),
                           chunkLast_),
-                BeamWalk::Sharp{neighbours_.sharp,
-                                neighbours_.perAhead *
+                BeamWalk::Sharp{neighbours_.sharp.at,
+                                neighbours_.sharp.perW *
                                     (std::max(a[kTermForward], b[kTermForward]) +
                                      std::max(terms[kTermForward], termsBelow[kTermForward]))});
         walk->raiseFloor(rays_.pencilRay(px(begin - neighbours_.left), py(below)).ray,

@@ -64,7 +64,7 @@ std::optional<Neighbours> neighboursOf(const RayFrame& rays, const PixelBlock& b
     Neighbours n;
     n.upwards = sign > 0;
     if (std::max(left, right) < kNone) {
-        n.sharp = std::numeric_limits<double>::infinity();
+        n.sharp.at = std::numeric_limits<double>::infinity();
         return n;
     }
     if (!(std::max(left, right) <= kMarchReach - 0.01)) return std::nullopt;
@@ -74,11 +74,11 @@ std::optional<Neighbours> neighboursOf(const RayFrame& rays, const PixelBlock& b
     // above the ray and falls below the other, by rise (1 / s + 1 / (1 - s)) from slope to slope.
     const double most = std::max(left, right) * 1.01;
     const double share = most < 0.5 ? most : 0.5;
-    n.sharp = 0.97 * rise / (share * (1 - share) * across);
+    n.sharp.at = 0.97 * rise / (share * (1 - share) * across);
     if (rays.camera().projection == Projection::Ortho)
-        n.sharp /= 1 + across;
+        n.sharp.at = n.sharp.at / (1 + across);
     else
-        n.perAhead = across * 1.03;
+        n.sharp.perW = across * 1.03;
     return n;
 }
 

@@ -5,6 +5,7 @@
 
 #include <optional>
 
+#include "kernel/beam.h"
 #include "kernel/columns.h"
 #include "view/ray_frame.h"
 
@@ -19,9 +20,9 @@ struct Neighbours {
     bool upwards = true;  ///< rows further up in the picture look higher
     /// Columns to look aside: the ray stands between two of these of the row below it.
     int left = 0, right = 0;
-    /// Only ground whose slope falls off by sharp / (1 + perAhead * metres ahead) metres a cell can
-    /// stand between two rays of one row and reach up to the next row; infinite: none can.
-    double sharp = 0, perAhead = 0;
+    /// Only ground whose slope falls off by so many metres a cell can stand between two rays of one
+    /// row and reach up to the next row, with w in metres ahead; infinite: none can.
+    BeamWalk::Sharp sharp;
 };
 
 /// `side`: -1 where the rays look backwards (RayFrame's "ahead"). Nothing if the rows do not stand

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sun shadows by sharing: one sweep of the drawn tiles along the sun bounds, for every place where
+// a ray may cross a row of posts, the height above which it is free and below which it is caught.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "kernel/layout/layout.h"
+#include "kernel/trace.h"
+
+namespace terray {
+
+/// All rays to one sun: translates of one parabola in lattice space. Their slope at a place is
+/// rise + riseI i + riseJ j, where riseI dx + riseJ dy = 2 bend (a ray that goes on is such a ray).
+struct SunDirection {
+    double dx = 0, dy = 0, bend = 0;
+    double rise = 0, riseI = 0, riseJ = 0;
+
+    double slopeAt(double i, double j) const { return rise + riseI * i + riseJ * j; }
+    Ray rayFrom(double i, double j, double z) const {
+        return {i, j, z, dx, dy, slopeAt(i, j), bend};
+    }
+    bool operator==(const SunDirection&) const = default;
+};
+
+/// A tile's axes as the sun sees them: rows are crossed one by one on the way to the sun, while the
+/// column grows by `shear` (0..1) a row. A tile's place (x, y) is mirrored, then transposed.
+struct SunAxes {
+    bool transposed = false, mirroredX = false, mirroredY = false;
+    double shear = 0;
+};
+
+/// A drawn tile as the lanes want it (kernel/simd/shadow_lanes.h).
+struct SweptTile {
+    const void* posts = nullptr;  ///< null: not swept
+    const uint32_t* entries = nullptr;
+    float postsZ = 0, postsStep = 0;  ///< heights relative to the sweep's anchor
+    float error = 0;                  ///< height error of a float ray and a cell, metres
+    float perRow = 0;                 ///< t from row to row
+    int32_t columns = 0, rows = 0;  ///< cells up to which a walk may go: whole cells of the terrain
+    /// Who goes on in the tile of the same mip behind the far row or column: its slot, or one of
+    /// the two below.
+    uint32_t ahead = kNoSlot, aside = kNoSlot;
+};
+constexpr uint32_t kUnlikeTile = kNoSlot;         ///< another mip, or nothing drawn
+constexpr uint32_t kBeyondTerrain = kNoSlot - 1;  ///< the terrain ends there
+
+/// Rows of posts between rows of bounds, rows of bounds in a tile, and entries a row: strips of one
+/// cell's width along the sun.
+constexpr int kSweepStep = 2;
+constexpr int kSweepRows = kSlotCells / kSweepStep;
+constexpr int kSweepStride = 520;
+constexpr int kSweepEntries = kSweepRows * kSweepStride;
+
+/// Shadow heights of a cut under one sun. Derived data: valid while the same tiles are drawn.
+/// const-shared.
+class SunSweep {
+public:
+    /// Sweeps all drawn tiles, on all cores; the result does not depend on their number. Null where
+    /// there is nothing to gain: constant surface, sun overhead, or a ray that would descend.
+    static std::shared_ptr<const SunSweep> make(const TerrainCut& cut, const SunDirection& sun);
+
+    /// True if the sweep holds for this cut (the same tiles of the same pool) and this sun.
+    bool fits(const TerrainCut& cut, const SunDirection& sun) const;
+
+    const SunDirection& sun() const { return sun_; }
+    uint64_t bytes() const { return uint64_t{4} * kSweepEntries * drawn_.size(); }
+
+    /// Bounds of the shadow height where rays cross row `row` (a multiple of
+    /// kSweepStep, 1..512, in the sun's axes) of a
+    /// drawn tile at `column` (0..512): who is higher than `free` meets nothing further on; who is
+    /// lower than `caught`, and was above the ground up to here, meets the ground. For tests.
+    struct Bounds {
+        double free, caught;
+    };
+    Bounds boundsAt(uint32_t slot, int row, double column) const;
+
+    // What the lanes read.
+    const SunAxes& axes() const { return axes_; }
+    const SweptTile& tile(uint32_t slot) const { return tiles_[slot]; }
+    const uint32_t* entries() const { return entries_.get(); }
+    float anchorZ() const { return anchorZ_; }
+    float codeZ() const { return codeZ_; }        ///< relative to the anchor
+    float codeStep() const { return codeStep_; }  ///< metres a code
+    double slopeTolerance() const { return slopeTolerance_; }
+
+private:
+    friend class SunSweeper;
+    SunSweep() = default;
+
+    SunDirection sun_;
+    SunAxes axes_;
+    const void* posts_ = nullptr;
+    std::vector<uint32_t> drawn_;   ///< slots, in the order of the directory
+    std::vector<SweptTile> tiles_;  ///< per slot
+    std::unique_ptr<uint32_t[]> entries_;
+    float anchorZ_ = 0, codeZ_ = 0, codeStep_ = 1;
+    double slopeTolerance_ = 0;
+};
+
+/// The first entry of a row is that of strip firstStrip(row): the strip over column c at this row
+/// is floor(c - shear row). In float, so that lanes compute the same.
+inline float firstStrip(float shear, float row) { return std::floor(-(shear * row)) - 2.0f; }
+
+/// Slots of the drawn tiles of a cut, in the order of the directory.
+std::vector<uint32_t> drawnSlots(const TerrainCut& cut);
+
+/// Shadow counters: how rays were decided.
+struct ShadowCounters {
+    uint64_t rays = 0;
+    uint64_t dark = 0;
+    uint64_t cells = 0;    ///< walked, the hit cells included
+    uint64_t cast = 0;     ///< handed on to `occluded`
+    TraceCounters traced;  ///< of those
+};
+
+/// dark[k] = 1 exactly where `occluded` says so, for rays that leave `hits[k]` towards the sweep's
+/// sun. Rays of another sun are cast.
+void shadows(const TerrainCut& cut, const SunSweep& sweep, std::span<const Hit> hits,
+             std::span<const Ray> rays, std::span<uint8_t> dark, ShadowCounters& counters);
+
+}  // namespace terray

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// Threads that need a sweep that is being made help to make it.
+#include "kernel/sweep/sun_cache.h"
+
+#include <oneapi/tbb/collaborative_call_once.h>
+
+#include <algorithm>
+
+namespace terray {
+
+struct SunSweepCache::Entry {
+    SunDirection sun;
+    const void* posts = nullptr;
+    SurfaceKind surface = kSurfaceBilinear;
+    std::vector<uint32_t> drawn;
+    oneapi::tbb::collaborative_once_flag once;
+    std::shared_ptr<const SunSweep> sweep;
+};
+
+std::shared_ptr<SunSweepCache::Entry> SunSweepCache::entryFor(const TerrainCut& cut,
+                                                              const SunDirection& sun) {
+    std::vector<uint32_t> drawn = drawnSlots(cut);
+    const SurfaceKind surface = cut.surface;
+    const std::lock_guard lock(mutex_);
+    const auto found = std::find_if(entries_.begin(), entries_.end(), [&](const auto& entry) {
+        return entry->sun == sun && entry->posts == cut.posts &&
+               entry->surface == surface && entry->drawn == drawn;
+    });
+    if (found != entries_.end()) {
+        entries_.splice(entries_.begin(), entries_, found);
+        return entries_.front();
+    }
+    auto entry = std::make_shared<Entry>();
+    entry->sun = sun;
+    entry->posts = cut.posts;
+    entry->surface = surface;
+    entry->drawn = std::move(drawn);
+    entries_.push_front(entry);
+    if (entries_.size() > most_) entries_.pop_back();
+    return entry;
+}
+
+std::shared_ptr<const SunSweep> SunSweepCache::get(const TerrainCut& cut, const SunDirection& sun) {
+    const std::shared_ptr<Entry> entry = entryFor(cut, sun);
+    oneapi::tbb::collaborative_call_once(entry->once,
+                                         [&] { entry->sweep = SunSweep::make(cut, sun); });
+    return entry->sweep;
+}
+
+}  // namespace terray
