@@ -23,8 +23,9 @@
 HWY_BEFORE_NAMESPACE();
 namespace terray::simd::HWY_NAMESPACE {
 
-/// Cells that a lane walks before it is left to the tracer.
-constexpr int kMarchCells = 4;
+/// Cells that a packet walks before its last few lanes, or all, are left to the tracer.
+constexpr int kFewCells = 3, kMostCells = 16;
+constexpr size_t kFewLanes = 3;
 
 /// Rays of one packet, relative to the tile's anchor; w counts from w0.
 struct ColumnRays {
@@ -256,6 +257,19 @@ HWY_INLINE MI fixHits(const MarchTile& tile, const ColumnRays& r, const MarchCel
     return hn::And(hits, maskI(hn::And(near, steady)));
 }
 
+/// Ends the lanes that have hit their cell (x, y).
+HWY_INLINE void storeHits(const MarchTile& tile, const ColumnRays& r, const MarchCell& k,
+                          const MarchErrors& e, MarchLanes& m, size_t p, VI x, VI y, VI mip,
+                          MI hits) {
+    if (hn::AllFalse(DI(), hits)) return;
+    const MI fixed = fixHits(tile, r, k, m, p, hits, e.rounding);
+    const VI cellMask = setI(kSlotCells - 1);
+    const VI cx = hn::And(shiftRight(x, mip), cellMask);
+    const VI cy = hn::And(shiftRight(y, mip), cellMask);
+    storeI(fixed, hn::ShiftLeft<kTileLevels>(cy) + cx, m.cell + p);
+    storeI(fixed, setI(kMarchHit), m.result + p);
+}
+
 /// Lanes that have nothing before them at w: beyond the rim, or rising above all ground.
 HWY_INLINE MI isPast(const TerrainCut& cut, const MarchTile& tile, const MarchErrors& e,
                      const ColumnRays& r, VF w, MI outside) {
@@ -318,7 +332,7 @@ void marchPacket(const TerrainCut& cut, const Pools& pools, const MarchTile& til
 
     MI hits = noLanes();
     VI steps = zero;
-    for (int cell = 0; cell < kMarchCells && !hn::AllFalse(DI(), active); ++cell) {
+    for (int cell = 0; cell < kMostCells && !hn::AllFalse(DI(), active); ++cell) {
         VI mip = loadI(m.mip + p);
         const VI elsewhere =
             shiftRight(hn::Or(hn::Xor(x, loadI(m.tileX + p)), hn::Xor(y, loadI(m.tileY + p))),
@@ -342,22 +356,20 @@ void marchPacket(const TerrainCut& cut, const Pools& pools, const MarchTile& til
         const MI passes = hn::And(told, maskI(k.low > k.error));
         steps = steps + hn::IfThenElseZero(active, setI(1));
         hits = hn::Or(hits, hit);
-        const MarchStep next = nextCell(cut, tile, r, k, x, y, mip);
-        gone = hn::And(passes, next.outside);
-        active = hn::AndNot(next.outside, passes);
-        const bool last = cell + 1 == kMarchCells || hn::AllFalse(DI(), active);
-        if (!hn::AllFalse(DI(), gone)) {
+        active = noLanes();
+        MarchStep next{x, y, active};
+        if (!hn::AllFalse(DI(), passes)) {
+            next = nextCell(cut, tile, r, k, x, y, mip);
+            active = hn::AndNot(next.outside, passes);
+            gone = hn::And(passes, next.outside);
             storeI(gone, setI(kMarchMiss), m.result + p);
             storeF(gone, hn::MulAdd(k.wOut + w0, r.forward, r.forward0), m.forward + p);
+            storeF(passes, (k.wOut + w0) * r.length, m.clear + p);
         }
-        storeF(passes, (k.wOut + w0) * r.length, m.clear + p);
-        if (last && !hn::AllFalse(DI(), hits)) {
-            const MI fixed = fixHits(tile, r, k, m, p, hits, e.rounding);
-            const VI cellMask = setI(kSlotCells - 1);
-            const VI cx = hn::And(shiftRight(x, mip), cellMask);
-            const VI cy = hn::And(shiftRight(y, mip), cellMask);
-            storeI(fixed, hn::ShiftLeft<kTileLevels>(cy) + cx, m.cell + p);
-            storeI(fixed, setI(kMarchHit), m.result + p);
+        const size_t lanes = hn::CountTrue(DI(), active);
+        if (lanes == 0 || cell + 1 == kMostCells || (lanes < kFewLanes && cell + 1 >= kFewCells)) {
+            storeHits(tile, r, k, e, m, p, x, y, mip, hits);
+            break;
         }
         x = select(active, next.x, x);
         y = select(active, next.y, y);
