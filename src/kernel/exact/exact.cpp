@@ -194,9 +194,11 @@ bool Walker::testConstant(const Cell& cell, double tEnd) {
                             std::clamp(std::max(tu, tv), t_, tEnd), tEnd};
     for (int k = 0; k < 3; ++k) {
         if (cuts[k + 1] <= cuts[k] && !(k == 0 && cuts[3] <= cuts[0])) continue;
-        const double mid = 0.5 * (cuts[k] + cuts[k + 1]);
-        const bool right = r.x + r.dx * mid - static_cast<double>(cell.x) >= 0.5;
-        const bool lower = r.y + r.dy * mid - static_cast<double>(cell.y) >= 0.5;
+        // By the order of the crossings, which rounding of a place cannot turn round.
+        const bool right = r.dx == 0.0 ? r.x - static_cast<double>(cell.x) >= 0.5
+                                       : (r.dx > 0.0) == (tu <= cuts[k]);
+        const bool lower = r.dy == 0.0 ? r.y - static_cast<double>(cell.y) >= 0.5
+                                       : (r.dy > 0.0) == (tv <= cuts[k]);
         const double h = quadrantHeight(cell, right ? 1.0 : 0.0, lower ? 1.0 : 0.0);
         const double f0 = rayHeight(ray_, cuts[k]) - h, f1 = rayHeight(ray_, cuts[k + 1]) - h;
         if (carried_ != 0.0 && f0 != 0.0 && (carried_ > 0.0) != (f0 > 0.0)) {

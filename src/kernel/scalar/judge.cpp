@@ -73,10 +73,10 @@ Fault judgeStrictly(const TerrainCut& cut, const Ray& ray, const Hit& hit, const
     const double size = std::ldexp(1.0, hit.mip);
     const double placeX = cut.tiles[hit.tile].x + (cellX(hit) + static_cast<double>(hit.u)) * size;
     const double placeY = cut.tiles[hit.tile].y + (cellY(hit) + static_cast<double>(hit.v)) * size;
-    const double slack = 1e-6 * size + edge;
+    // As far aside as along the ray: a ray along an axis has no error in t that could tell.
+    const double reach = 1e-6 * size + edge + std::hypot(ray.dx, ray.dy) * allowed;
     if (hit.mip != (cut.tiles[hit.tile].mipFlags & kTileMipMask) ||
-        !(std::abs(placeX - x) <= slack + std::abs(ray.dx) * allowed) ||
-        !(std::abs(placeY - y) <= slack + std::abs(ray.dy) * allowed))
+        !(std::abs(placeX - x) <= reach) || !(std::abs(placeY - y) <= reach))
         return Fault::Place;
     constexpr int kJudged = kHitFromBelow | kHitStrip;
     if (sameCell && exact.t > ray.tMin && ((hit.flags ^ exact.hit.flags) & kJudged) != 0)

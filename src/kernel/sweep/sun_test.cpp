@@ -78,7 +78,7 @@ Scene makeScene(const std::string& name) {
 }
 
 CutChoice choiceOf(const Scene& scene) {
-    CutChoice choice{scene.int16, 0, false, [](int, int) { return 0; }};
+    CutChoice choice{scene.int16, 0, kSurfaceBilinear, [](int, int) { return 0; }};
     if (scene.mixed == 1)
         choice.mipOfTile = [](int x, int y) { return (x < 2) + (y < 2 && x < 2); };
     if (scene.mixed == 2) choice.mipOfTile = [](int x, int y) { return x >= 2 ? 1 + (y > 5) : 0; };
@@ -179,7 +179,7 @@ double shadowHeight(const TerrainCut& cut, const SunDirection& sun, double i, do
         if (x < 0 || y < 0 || x > cut.cellsX || y > cut.cellsY) break;
         const SurfaceCell cell = surfaceCellAt(cut, x, y);
         if (cell.slot != kNoSlot)
-            best = std::max(best, cell.height(false) - t * (slope + sun.bend * t));
+            best = std::max(best, cell.height(kSurfaceBilinear) - t * (slope + sun.bend * t));
         if (t * slope > static_cast<double>(cut.maxZ - cut.minZ)) break;
     }
     return best;
@@ -285,8 +285,10 @@ TEST(SunSweep, LeavesToCastingWhatItCannotServe) {
     occluded(cut, asked.hits, asked.rays, cast, traced);
     EXPECT_EQ(dark, cast);
     EXPECT_EQ(counters.cast, counters.rays);
-    owner.setConstantSurface(true);
-    EXPECT_FALSE(SunSweep::make(cut, sun));
+    for (const SurfaceKind unswept : {kSurfaceConstant, kSurfaceTriangles}) {
+        owner.setSurface(unswept);
+        EXPECT_FALSE(SunSweep::make(cut, sun));
+    }
 }
 
 }  // namespace
