@@ -15,9 +15,9 @@ struct RenderStats {
     int width = 0, height = 0, samples = 0, threads = 0;
     uint64_t rays = 0, hits = 0;          ///< primary rays
     uint64_t shadowRays = 0, redone = 0;  ///< redone: traced again in double precision
-    uint64_t columnRays = 0;  ///< of rays: began where the row below had hit
-    uint64_t beamRays = 0;    ///< of rays: began where a bundle of rays ended
-    double loadMs = 0;        ///< reading the source (warp included)
+    uint64_t columnRays = 0;              ///< of rays: began where the row below had hit
+    uint64_t beamRays = 0;                ///< of rays: began where a bundle of rays ended
+    double loadMs = 0;                    ///< reading the source (warp included)
     double buildMs = 0;                   ///< coarser mips, bounds, errors
     double skyMs = 0;                     ///< sky-light sweeps
     double setupMs = 0;  ///< before the first ray: camera, cut, shader (skyMs is in it)

@@ -174,7 +174,7 @@ void resizeBand(Band& band, int width, const BandDemand& demand) {
 
 int bandRows(int width, const BandDemand& demand) {
     constexpr size_t kBandBytes = size_t{32} << 20;
-    constexpr size_t kRows = 4 * kTileSide;
+    constexpr size_t kRows = 2 * kTileSide;
     const size_t row = bytesPerPixel(demand) * static_cast<size_t>(width);
     const size_t rows = std::clamp(kBandBytes / row, size_t{1}, kRows);
     return static_cast<int>(rows > kTileSide ? rows / kTileSide * kTileSide : rows);

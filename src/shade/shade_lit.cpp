@@ -112,8 +112,8 @@ void DeferredShader::lightAndShadowRays(const BatchHits& batch, Vec2 offset,
         hit.flags = 0;
         if (k >= hits.size() || !isHit(hits[k]) || facing[lane] <= 0) continue;
         hit = hits[k];
-        scratch.rays[first + k] = toSun.rayFrom(ground.i[lane], ground.j[lane],
-                                                static_cast<double>(ground.height[lane]));
+        scratch.rays[first + k] =
+            toSun.rayFrom(ground.i[lane], ground.j[lane], static_cast<double>(ground.height[lane]));
     }
 }
 

@@ -145,6 +145,28 @@ HWY_INLINE void splitCell(const CellPosts& c, const ColumnRays& r, MarchCell& k)
     k.wIn = hn::IfThenElse(beyond, k.wIn + s, k.wIn);
 }
 
+/// What the error of f in a cell depends on.
+struct MarchReach {
+    VF u1, v1;   ///< where the ray leaves
+    VF w;        ///< largest |w|
+    VF inverse;  ///< 1 / the cell's size
+    VF grade;    ///< of the cell, metres a cell
+    VF relief;   ///< largest height, from the anchor's
+};
+HWY_INLINE VF errorIn(const MarchReach& k, const MarchErrors& e, float maxDelta) {
+    // A ray that leaves near a corner may really pass through the next cell but one: there the
+    // surface differs by no more than the steepest ground does over the lattice error.
+    const VF one = setF(1.0f);
+    const VF shift = hn::MulAdd(setF(e.shift1), k.w, setF(e.shift0)) * k.inverse;
+    const VF sideU = hn::Min(hn::Abs(k.u1), hn::Abs(one - k.u1));
+    const VF sideV = hn::Min(hn::Abs(k.v1), hn::Abs(one - k.v1));
+    const MF corner = hn::Max(sideU, sideV) < setF(8.0f) * shift;
+    const VF steepest = hn::IfThenElseZero(corner, setF(4.0f * maxDelta));
+    const VF rounding = hn::MulAdd(setF(kFloatError), k.relief + k.grade, setF(e.height0));
+    return hn::MulAdd(hn::MulAdd(setF(2.0f), k.grade, steepest), shift,
+                      hn::MulAdd(setF(e.height1), k.w, rounding));
+}
+
 template <bool kInt16, bool kTriangles>
 HWY_INLINE MarchCell lookAt(const TerrainCut& cut, const Pools& pools, const MarchTile& tile,
                             const ColumnRays& r, const MarchErrors& e, const MarchLanes& m,
@@ -189,20 +211,10 @@ HWY_INLINE MarchCell lookAt(const TerrainCut& cut, const Pools& pools, const Mar
     k.slope = hn::MulAdd(r.bend + r.bend, k.wIn, r.dz) - climb;
     k.f2 = hn::NegMulAdd(d * k.du, k.dv, r.bend);
 
-    // A ray that leaves near a corner may really pass through the next cell but one: there the
-    // surface differs by no more than the steepest ground does over the lattice error.
-    const VF reach = hn::Max(hn::Abs(k.wIn), hn::Abs(k.wOut));
-    const VF shift = hn::MulAdd(setF(e.shift1), reach, setF(e.shift0)) * inverse;
-    const VF one = setF(1.0f);
-    const VF sideU = hn::Min(hn::Abs(u1), hn::Abs(one - u1));
-    const VF sideV = hn::Min(hn::Abs(v1), hn::Abs(one - v1));
-    const MF corner = hn::Max(sideU, sideV) < setF(8.0f) * shift;
-    const VF grade = hn::Abs(b) + hn::Abs(a) + hn::Abs(d) + hn::Abs(d);
-    const VF steepest = hn::IfThenElseZero(corner, setF(4.0f * cut.maxDelta));
-    const VF relief = hn::Max(hn::Abs(ground0), hn::Abs(ground1)) + grade;
-    k.error = hn::MulAdd(
-        hn::MulAdd(setF(2.0f), grade, steepest), shift,
-        hn::MulAdd(setF(e.height1), reach, hn::MulAdd(setF(kFloatError), relief, setF(e.height0))));
+    k.error = errorIn({u1, v1, hn::Max(hn::Abs(k.wIn), hn::Abs(k.wOut)), inverse,
+                       hn::Abs(b) + hn::Abs(a) + hn::Abs(d) + hn::Abs(d),
+                       hn::Max(hn::Abs(ground0), hn::Abs(ground1))},
+                      e, cut.maxDelta);
     if constexpr (kTriangles)
         splitCell(c, r, k);
     else
@@ -296,25 +308,23 @@ HWY_INLINE VF beginOf(const MarchRow& row, const MarchLanes& m, size_t p) {
     return begin;
 }
 
-template <bool kInt16, bool kTriangles>
-void marchPacket(const TerrainCut& cut, const Pools& pools, const MarchTile& tile,
-                 const MarchRow& row, const MarchErrors& e, MarchLanes& m, size_t p) {
+/// Where the lanes of a packet stand.
+struct MarchPlace {
+    VI x, y, mip;
+    MI active;
+};
+
+/// Puts lanes where the row below says, a little before: for its rounding, and this division's.
+HWY_INLINE MarchPlace beginLanes(const TerrainCut& cut, const MarchTile& tile, const MarchErrors& e,
+                                 const ColumnRays& r, VF begin, MarchLanes& m, size_t p,
+                                 MI active) {
     const VI zero = hn::Zero(DI());
-    const VF begin = beginOf(row, m, p);
-    MI active = maskI(begin >= hn::Zero(DF()));
-    hn::Store(zero, DI(), m.result + p);
-    hn::Store(zero, DI(), m.steps + p);
-    hn::Store(hn::IfThenElseZero(active, setI(1)), DI(), m.begun + p);
-    hn::Store(setF(-1.0f), DF(), m.forward + p);
-    if (hn::AllFalse(DI(), active)) return;
-    const ColumnRays r = makeRays(cut, tile, row, p);
     const VF w0 = setF(static_cast<float>(tile.w0));
-    // A little less than the row below says: its own rounding, and that of this division.
     const VF ahead = (begin - r.forward0) / r.forward * setF(0.99999f) - w0;
     const VF w = hn::Max(ahead, r.wBegin);
     const VF px = hn::MulAdd(r.dx, w, r.x), py = hn::MulAdd(r.dy, w, r.y);
-    VI x = hn::ConvertTo(DI(), hn::Floor(px)) + setI(static_cast<int32_t>(tile.anchorX));
-    VI y = hn::ConvertTo(DI(), hn::Floor(py)) + setI(static_cast<int32_t>(tile.anchorY));
+    const VI x = hn::ConvertTo(DI(), hn::Floor(px)) + setI(static_cast<int32_t>(tile.anchorX));
+    const VI y = hn::ConvertTo(DI(), hn::Floor(py)) + setI(static_cast<int32_t>(tile.anchorY));
     storeF(active, (w * setF(0.9999f) + w0) * r.length, m.clear + p);
 
     const VI lastX = setI(cut.cellsX - 1), lastY = setI(cut.cellsY - 1);
@@ -326,55 +336,72 @@ void marchPacket(const TerrainCut& cut, const Pools& pools, const MarchTile& til
         storeI(gone, setI(kMarchMiss), m.result + p);
         storeF(gone, begin, m.forward + p);
     }
-    active = hn::AndNot(hn::Or(outside, gone), active);
-    x = hn::Min(hn::Max(x, zero), lastX);
-    y = hn::Min(hn::Max(y, zero), lastY);
+    return {hn::Min(hn::Max(x, zero), lastX), hn::Min(hn::Max(y, zero), lastY), zero,
+            hn::AndNot(hn::Or(outside, gone), active)};
+}
 
+/// Looks up the tiles of lanes that have left theirs; ends those that are where nothing is drawn.
+HWY_INLINE void enterTiles(const TerrainCut& cut, const MarchTile& tile, MarchLanes& m, size_t p,
+                           MarchPlace& place) {
+    place.mip = loadI(m.mip + p);
+    const VI elsewhere = shiftRight(
+        hn::Or(hn::Xor(place.x, loadI(m.tileX + p)), hn::Xor(place.y, loadI(m.tileY + p))),
+        place.mip + setI(kTileLevels));
+    const MI moved = hn::And(place.active, hn::Ne(elsewhere, hn::Zero(DI())));
+    if (hn::AllFalse(DI(), moved)) return;
+    alignas(64) int32_t x[16], y[16], which[16];
+    hn::Store(place.x, DI(), x);
+    hn::Store(place.y, DI(), y);
+    hn::Store(hn::IfThenElseZero(moved, setI(1)), DI(), which);
+    enterMarchTiles(cut, tile.anchorZ, x, y, which, static_cast<int>(hn::Lanes(DI())), m,
+                    static_cast<int>(p));
+    place.mip = loadI(m.mip + p);
+    const MI nothing = hn::Eq(loadI(m.slot + p), setI(static_cast<int32_t>(kNoSlot)));
+    place.active = hn::AndNot(nothing, place.active);
+}
+
+template <bool kInt16, bool kTriangles>
+void marchPacket(const TerrainCut& cut, const Pools& pools, const MarchTile& tile,
+                 const MarchRow& row, const MarchErrors& e, MarchLanes& m, size_t p) {
+    const VI zero = hn::Zero(DI());
+    const VF begin = beginOf(row, m, p), w0 = setF(static_cast<float>(tile.w0));
+    const MI begun = maskI(begin >= hn::Zero(DF()));
+    hn::Store(zero, DI(), m.result + p);
+    hn::Store(zero, DI(), m.steps + p);
+    hn::Store(hn::IfThenElseZero(begun, setI(1)), DI(), m.begun + p);
+    hn::Store(setF(-1.0f), DF(), m.forward + p);
+    if (hn::AllFalse(DI(), begun)) return;
+    const ColumnRays r = makeRays(cut, tile, row, p);
+    MarchPlace place = beginLanes(cut, tile, e, r, begin, m, p, begun);
     MI hits = noLanes();
     VI steps = zero;
-    for (int cell = 0; cell < kMostCells && !hn::AllFalse(DI(), active); ++cell) {
-        VI mip = loadI(m.mip + p);
-        const VI elsewhere =
-            shiftRight(hn::Or(hn::Xor(x, loadI(m.tileX + p)), hn::Xor(y, loadI(m.tileY + p))),
-                       mip + setI(kTileLevels));
-        const MI moved = hn::And(hn::Or(active, hits), hn::Ne(elsewhere, zero));
-        if (!hn::AllFalse(DI(), moved)) {
-            alignas(64) int32_t ix[16], iy[16], which[16];
-            hn::Store(x, DI(), ix);
-            hn::Store(y, DI(), iy);
-            hn::Store(hn::IfThenElseZero(moved, setI(1)), DI(), which);
-            enterMarchTiles(cut, tile.anchorZ, ix, iy, which, static_cast<int>(hn::Lanes(DI())), m,
-                            static_cast<int>(p));
-            mip = loadI(m.mip + p);
-            active =
-                hn::AndNot(hn::Eq(loadI(m.slot + p), setI(static_cast<int32_t>(kNoSlot))), active);
-        }
-        const MarchCell k = lookAt<kInt16, kTriangles>(cut, pools, tile, r, e, m, p, x, y, mip,
-                                                       hn::Or(active, hits));
-        const MI told = hn::AndNot(k.open, hn::And(active, maskI(k.f0 > k.error)));
-        const MI hit = hn::And(told, maskI(k.low < hn::Neg(k.error)));
+    for (int cell = 0; cell < kMostCells && !hn::AllFalse(DI(), place.active); ++cell) {
+        enterTiles(cut, tile, m, p, place);
+        const VI x = place.x, y = place.y;
+        const MarchCell k = lookAt<kInt16, kTriangles>(cut, pools, tile, r, e, m, p, x, y,
+                                                       place.mip, hn::Or(place.active, hits));
+        const MI told = hn::AndNot(k.open, hn::And(place.active, maskI(k.f0 > k.error)));
         const MI passes = hn::And(told, maskI(k.low > k.error));
-        steps = steps + hn::IfThenElseZero(active, setI(1));
-        hits = hn::Or(hits, hit);
-        active = noLanes();
-        MarchStep next{x, y, active};
+        hits = hn::Or(hits, hn::And(told, maskI(k.low < hn::Neg(k.error))));
+        steps = steps + hn::IfThenElseZero(place.active, setI(1));
+        place.active = noLanes();
         if (!hn::AllFalse(DI(), passes)) {
-            next = nextCell(cut, tile, r, k, x, y, mip);
-            active = hn::AndNot(next.outside, passes);
-            gone = hn::And(passes, next.outside);
+            const MarchStep next = nextCell(cut, tile, r, k, x, y, place.mip);
+            const MI gone = hn::And(passes, next.outside);
+            place.active = hn::AndNot(next.outside, passes);
+            place.x = select(place.active, next.x, x);
+            place.y = select(place.active, next.y, y);
             storeI(gone, setI(kMarchMiss), m.result + p);
             storeF(gone, hn::MulAdd(k.wOut + w0, r.forward, r.forward0), m.forward + p);
             storeF(passes, (k.wOut + w0) * r.length, m.clear + p);
         }
-        const size_t lanes = hn::CountTrue(DI(), active);
-        if (lanes == 0 || cell + 1 == kMostCells || (lanes < kFewLanes && cell + 1 >= kFewCells)) {
-            storeHits(tile, r, k, e, m, p, x, y, mip, hits);
+        const size_t left = hn::CountTrue(DI(), place.active);
+        if (left == 0 || cell + 1 == kMostCells || (left < kFewLanes && cell + 1 >= kFewCells)) {
+            storeHits(tile, r, k, e, m, p, x, y, place.mip, hits);
             break;
         }
-        x = select(active, next.x, x);
-        y = select(active, next.y, y);
     }
-    storeI(hn::Not(noLanes()), steps, m.steps + p);
+    hn::Store(steps, DI(), m.steps + p);
 }
 
 /// The hits of lanes [p, p + lanes), of which the columns [begin, end) are wanted.

@@ -23,8 +23,8 @@ std::shared_ptr<SunSweepCache::Entry> SunSweepCache::entryFor(const TerrainCut& 
     const SurfaceKind surface = cut.surface;
     const std::lock_guard lock(mutex_);
     const auto found = std::find_if(entries_.begin(), entries_.end(), [&](const auto& entry) {
-        return entry->sun == sun && entry->posts == cut.posts &&
-               entry->surface == surface && entry->drawn == drawn;
+        return entry->sun == sun && entry->posts == cut.posts && entry->surface == surface &&
+               entry->drawn == drawn;
     });
     if (found != entries_.end()) {
         entries_.splice(entries_.begin(), entries_, found);
