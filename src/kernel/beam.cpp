@@ -128,26 +128,23 @@ float BeamWalk::maxOver(const Box& box, double sharp) const {
 float BeamWalk::sharpOver(const Box& box, double sharp) const {
     constexpr int kAcross = 4;
     float top = kLowest;
-    if (cut_.hasHoles == 0 && cut_.unlikeMips == 0 && !fromOutside_) {
-        eachNode(box, kAcross, [&](const Node& node) {
-            if (static_cast<double>(node.sharpest) >= sharp) top = std::max(top, node.top);
-        });
-        return top;
-    }
+    const bool gaps = fromOutside_ || cut_.hasHoles != 0 || cut_.unlikeMips != 0;
     // What rises from a hole or beyond a border stands in the next cell: one cell around, and any
-    // height where anything is sharp.
-    for (double around = 1;;) {
+    // height there.
+    for (double around = gaps ? 1 : 0;;) {
         const Box wide{box.x0 - around, box.y0 - around, box.x1 + around, box.y1 + around};
-        bool rim = fromOutside_ && (wide.x0 < 0.0 || wide.y0 < 0.0 || wide.x1 > cut_.cellsX ||
+        bool gap = fromOutside_ && (wide.x0 < 0.0 || wide.y0 < 0.0 || wide.x1 > cut_.cellsX ||
                                     wide.y1 > cut_.cellsY);
+        float any = kLowest;
         double cell = 1;
         top = kLowest;
         eachNode(wide, kAcross, [&](const Node& node) {
-            rim = rim || static_cast<double>(node.sharpest) >= sharp;
-            top = std::max(top, node.top);
+            if (static_cast<double>(node.sharpest) >= sharp) top = std::max(top, node.top);
+            gap = gap || node.sharpest == kInfinity;
+            any = std::max(any, node.top);
             cell = std::max(cell, std::ldexp(1.0, node.mip));
         });
-        if (cell <= around) return rim ? top : kLowest;
+        if (!gaps || cell <= around) return gap ? any : top;
         around = cell;
     }
 }

@@ -40,6 +40,8 @@ public:
     /// Goes on until `wanted`, or until something may stand in the way. Every ray of the bundle is
     /// clear for all w up to the result, which may be infinite; 0 is always true.
     double clearTo(double wanted);
+    /// How far it has come.
+    double reached() const { return w_; }
     /// The size of block (2^level mip-0 cells) at which nothing more could be said.
     int level() const { return level_; }
 

@@ -325,10 +325,11 @@ void Marcher::limitBegins(int row, const RayTerms& terms) {
                                 neighbours_.sharp.perW *
                                     (std::max(a[kTermForward], b[kTermForward]) +
                                      std::max(terms[kTermForward], termsBelow[kTermForward]))});
-        walk->raiseFloor(rays_.pencilRay(px(begin - neighbours_.left), py(below)).ray,
-                         rays_.pencilRay(px(end - 1 + neighbours_.right), py(below)).ray);
         const double wanted =
             1.0001 * (static_cast<double>(farthest) - least0) / std::max(least, 1e-9);
+        if (walk->reached() < wanted)
+            walk->raiseFloor(rays_.pencilRay(px(begin - neighbours_.left), py(below)).ray,
+                             rays_.pencilRay(px(end - 1 + neighbours_.right), py(below)).ray);
         const double clear = walk->clearTo(wanted);
         const auto limit = static_cast<float>(std::max(0.99999 * (clear * least + least0), 0.0));
         for (int c = begin; c < end; ++c) lanes_.limit[c] = clear >= wanted ? 1e30f : limit;
