@@ -111,6 +111,19 @@ private:
         worker.figures.traceMs += watch.elapsedMs();
     }
 
+    /// A few rows at a time: what shading keeps of a pixel is many times its hit.
+    void shade(const ImageTile& tile, Vec2 offset, float weight, Worker& worker) const {
+        constexpr int kRows = 32;
+        for (int row = 0; row < tile.height; row += kRows) {
+            const ImageTile part{tile.x, tile.y + row, tile.width,
+                                 std::min(kRows, tile.height - row)};
+            const size_t first = static_cast<size_t>(row) * static_cast<size_t>(tile.width);
+            frame_.shader->shadeTile(
+                part, offset, std::span(worker.hits).subspan(first, part.pixelCount()), weight,
+                std::span(worker.sum).subspan(first, part.pixelCount()), worker.figures.shade);
+        }
+    }
+
     void castAndShade(const ImageTile& tile, Worker& worker) const {
         const std::span<const Vec2> pattern = samplePattern(frame_.options.samples);
         const float weight = 1.0f / static_cast<float>(pattern.size());
@@ -118,8 +131,7 @@ private:
         for (const Vec2 offset : pattern) {
             cast(tile, offset, worker);
             const CpuStopwatch watch;
-            frame_.shader->shadeTile(tile, offset, worker.hits, weight, worker.sum,
-                                     worker.figures.shade);
+            shade(tile, offset, weight, worker);
             worker.figures.shadeMs += watch.elapsedMs();
         }
     }
