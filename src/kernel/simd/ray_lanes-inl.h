@@ -10,6 +10,7 @@
 #endif
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 
 #include "hwy/highway.h"
@@ -62,6 +63,18 @@ HWY_INLINE void clipTop(ClipD& c, VD z, VD dz, VD bend, double top) {
     c.end = hn::Min(c.end, last);
     const MD never = hn::Or(disc < zero, hn::And(flat, above > zero));
     c.end = hn::IfThenElse(never, setD(-1e300), c.end);
+}
+
+/// Ends rays that sink below all there is, for good: under z = bottom up to the end.
+HWY_INLINE void clipBottom(ClipD& c, VD z, VD dz, VD bend, double bottom) {
+    const VD slack = hn::MulAdd(setD(1e-9), hn::Abs(z) + setD(std::fabs(bottom)), setD(1e-6));
+    const VD above = z - (setD(bottom) - slack), zero = hn::Zero(DD());
+    const VD disc = dz * dz - setD(4.0) * bend * above;
+    const MD sinks = hn::And(hn::And(dz<zero, above> zero), disc > zero);
+    const VD k = setD(0.5) * (hn::Sqrt(hn::Max(disc, zero)) - dz);  // > 0
+    const VD first = above / k, second = k / bend;  // infinite where the ray is straight
+    const MD forGood = hn::And(sinks, second >= c.end);
+    c.end = hn::IfThenElse(forGood, hn::Min(c.end, first), c.end);
 }
 
 HWY_INLINE void placeAt(const TerrainCut& cut, const RayBatch& r, RayBlock& b, size_t p,
@@ -123,6 +136,8 @@ void placeRayBatch(const TerrainCut& cut, RayBatch& r, RayBlock& b, int count, i
         clipSlab(c, loadD(r.y + p), dy, inverseY, cut.cellsY);
         clipTop(c, loadD(r.z + p), loadD(r.dz + p), loadD(r.bend + p),
                 static_cast<double>(cut.maxZ));
+        clipBottom(c, loadD(r.z + p), loadD(r.dz + p), loadD(r.bend + p),
+                   static_cast<double>(cut.minZ));
         hn::Store(c.begin, DD(), r.begin + p);
         hn::Store(c.end, DD(), r.end + p);
         c.begin = hn::Max(c.begin, loadD(r.clear + p));
