@@ -1,5 +1,4 @@
-#!/ usr / bin / env python3
-#SPDX - License - Identifier : Apache - 2.0
+# SPDX-License-Identifier: Apache-2.0
 """Draws the primary rays a second of `terray-bench peers --json` as bars, one group a camera.
 
   bench/peers/report.py LINES.jsonl -o CHART.svg [--threads 1] [--who NAME ...] [--title TEXT]

@@ -26,13 +26,13 @@ struct Codes {
     using Post = uint16_t;
     using Sum = int32_t;
     static constexpr Sum kSharp = 0xFFFFF;
-    static TERRAY_INLINE bool isHole(Post post) { return post == 0xFFFF; }
+    static TERRAY_INLINE uint32_t isHole(Post post) { return post == 0xFFFF ? 1 : 0; }
 };
 struct Metres {
     using Post = float;
     using Sum = float;
     static constexpr Sum kSharp = kInfinity;
-    static TERRAY_INLINE bool isHole(Post post) { return post != post; }
+    static TERRAY_INLINE uint32_t isHole(Post post) { return post != post ? 1 : 0; }
 };
 
 /// How much the slope falls off at the posts of a row, from before to behind.
@@ -42,8 +42,9 @@ TERRAY_INLINE void bend(const Post* before, const Post* at, const Post* behind, 
     for (int i = 0; i < count; ++i) {
         const Sum a = static_cast<Sum>(before[i]), b = static_cast<Sum>(at[i]);
         const Sum c = static_cast<Sum>(behind[i]);
-        const bool hole = Kind::isHole(before[i]) | Kind::isHole(at[i]) | Kind::isHole(behind[i]);
-        const Sum fall = hole ? Kind::kSharp : (b - a) - (c - b);
+        const uint32_t hole =
+            Kind::isHole(before[i]) | Kind::isHole(at[i]) | Kind::isHole(behind[i]);
+        const Sum fall = hole != 0 ? Kind::kSharp : (b - a) - (c - b);
         most[i] = most[i] > fall ? most[i] : fall;
     }
 }
@@ -54,10 +55,10 @@ TERRAY_INLINE void twist(const Post* upper, const Post* lower, int cells, Sum* m
     for (int i = 0; i < cells; ++i) {
         const Sum top = static_cast<Sum>(upper[i + 1]) - static_cast<Sum>(upper[i]);
         const Sum bottom = static_cast<Sum>(lower[i + 1]) - static_cast<Sum>(lower[i]);
-        const bool hole = Kind::isHole(upper[i]) | Kind::isHole(upper[i + 1]) |
-                          Kind::isHole(lower[i]) | Kind::isHole(lower[i + 1]);
+        const uint32_t hole = Kind::isHole(upper[i]) | Kind::isHole(upper[i + 1]) |
+                              Kind::isHole(lower[i]) | Kind::isHole(lower[i + 1]);
         const Sum difference = bottom > top ? bottom - top : top - bottom;
-        const Sum value = hole ? Kind::kSharp : difference;
+        const Sum value = hole != 0 ? Kind::kSharp : difference;
         most[i] = most[i] > value ? most[i] : value;
     }
 }

@@ -52,7 +52,9 @@ void sweepRow(const SunRow& row) {
     const float drop = row.drop, perStrip = row.dropPerStrip, slack = row.slack;
     const float codeZ = row.codeZ, scale = row.codesPerMetre;
     const int count = row.count;
+#if !defined(__clang__)
 #pragma GCC ivdep
+#endif
     for (int k = 0; k < count; ++k) {
         const float sinks = drop + perStrip * static_cast<float>(k);
         const float l0 = here[k], l1 = here[k + 1], r0 = here1[k], r1 = here1[k + 1];
