@@ -52,6 +52,13 @@ void enterMarchTiles(const TerrainCut& cut, double anchorZ, const int32_t* x, co
     }
 }
 
+namespace {
+MarchCounts dispatchRow(const TerrainCut& cut, const MarchTile& tile, const MarchRow& row,
+                        int begin, int end, MarchLanes& lanes, Hit* hits) {
+    return HWY_DYNAMIC_DISPATCH(marchRowLanes)(cut, tile, row, begin, end, lanes, hits);
+}
+}  // namespace
+
 }  // namespace simd
 
 void resetLanes(MarchLanes& m) {
@@ -78,7 +85,7 @@ void anchorLanes(const TerrainCut& cut, double anchorZ, MarchLanes& m) {
 MarchCounts marchRow(const TerrainCut& cut, const MarchTile& tile, const MarchRow& row, int begin,
                      int end, MarchLanes& lanes, Hit* hits) {
     TERRAY_ASSERT(begin >= 0 && end <= kMarchColumns && cut.surface != kSurfaceConstant);
-    return HWY_DYNAMIC_DISPATCH(simd::marchRowLanes)(cut, tile, row, begin, end, lanes, hits);
+    return simd::dispatchRow(cut, tile, row, begin, end, lanes, hits);
 }
 
 }  // namespace terray
