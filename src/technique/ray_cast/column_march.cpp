@@ -59,7 +59,7 @@ private:
     int sideOf(int row) const;
     void turnTo(int side);
     void marchRun(int first, int last);
-    bool marchChunk(int first, int last);
+    bool marchChunk(int first, int last, bool upwards);
     void marchOneRow(int row);
     void placeTile(int row);
     MarchRow placeRow(const RayTerms& terms) const;
@@ -184,24 +184,20 @@ void Marcher::marchRun(int first, int last) {
         neighboursOf(rays_, {px(0), py(first), px(tile_.width - 1), py(last)}, side_);
     if (!whole || whole->upwards) {
         for (int row = last; row >= first; row -= kChunkRows)
-            if (!marchChunk(row, std::max(row - kChunkRows + 1, first))) resetLanes(lanes_);
+            if (!marchChunk(row, std::max(row - kChunkRows + 1, first), true)) resetLanes(lanes_);
     } else {
         for (int row = first; row <= last; row += kChunkRows)
-            if (!marchChunk(row, std::min(row + kChunkRows - 1, last))) resetLanes(lanes_);
+            if (!marchChunk(row, std::min(row + kChunkRows - 1, last), false)) resetLanes(lanes_);
     }
 }
 
-/// False if the chunk's rows cannot share; they are cast then.
-bool Marcher::marchChunk(int first, int last) {
+/// False if the chunk's rows cannot share in this order; they are cast then.
+bool Marcher::marchChunk(int first, int last, bool upwards) {
     const int top = std::min(first, last), bottom = std::max(first, last);
     const auto neighbours =
         neighboursOf(rays_, {px(0), py(top), px(tile_.width - 1), py(bottom)}, side_);
-    const bool inOrder = neighbours && neighbours->upwards == (first >= last);
-    if (!inOrder && first != last) {
-        castRows(top, bottom);
-        return false;
-    }
-    if (!neighbours || neighbours->left + neighbours->right >= tile_.width) {
+    if (!neighbours || neighbours->upwards != upwards ||
+        neighbours->left + neighbours->right >= tile_.width) {
         castRows(top, bottom);
         return false;
     }
