@@ -44,9 +44,9 @@ struct alignas(64) MarchTile {
 /// The part of a row, relative to the same anchor.
 struct MarchRow {
     float terms[kTermCount];
-    /// How many columns to the left and to the right a ray looks for the rays of the row below
-    /// between which it stands.
-    int left = 0, right = 0;
+    /// Columns aside, to the right, at which a ray looks for the rays of the row below between
+    /// which it stands.
+    int first = 0, last = 0;
 };
 
 constexpr int kMarchReach = 3;  ///< most columns that a ray may look aside
@@ -62,9 +62,6 @@ enum MarchResult : int32_t {
 /// Lanes of one march, in and out.
 struct alignas(64) MarchLanes {
     // in
-    /// Of the row below: metres ahead up to which its rays are above the surface; negative: not
-    /// known. Column k stands at kMarchPad + k.
-    float below[kMarchPad + kMarchColumns + kMarchPad];
     float limit[kMarchColumns];   ///< metres ahead from which a ray begins at the latest
     int32_t past[kMarchColumns];  ///< not 0: the ray below has left the terrain
     // out
@@ -81,6 +78,9 @@ struct alignas(64) MarchLanes {
     /// 16-bit posts: z - anchorZ = postsZ + postsStep * (code - postsCode), all of them small.
     int32_t postsCode[kMarchColumns];
     float postsZ[kMarchColumns], postsStep[kMarchColumns];
+    /// in: of a row below: metres ahead up to which its rays are above the surface; negative: not
+    /// known. From column -kMarchReach to beyond the last by as many; aligned.
+    const float* below = nullptr;
 };
 
 /// Lanes that stand nowhere yet and know nothing.

@@ -5,6 +5,8 @@
 // along with everything else when z is multiplied by X again.
 #include "view/ray_frame.h"
 
+#include <utility>
+
 #include "base/assert.h"
 #include "base/simd_clones.h"
 
@@ -15,7 +17,8 @@ RayFrame::RayFrame(const Camera& camera, const Affine2& worldFromLattice, double
     : camera_(camera),
       worldFromLattice_(worldFromLattice),
       exaggeration_(exaggeration),
-      bend_(camera.projection == Projection::Ortho ? 0.0 : bendPerMetre2) {
+      bend_(camera.projection == Projection::Ortho ? 0.0 : bendPerMetre2),
+      centre_{0.5 * camera.width, 0.5 * camera.height} {
     TERRAY_ASSERT(exaggeration > 0);
     TERRAY_ASSERT(worldFromLattice.det() != 0);
     if (camera.projection != Projection::Panorama) makeLinear();
@@ -55,9 +58,25 @@ void RayFrame::makeLinear() {
     const bool vertical = glm::dot(level, level) < 1e-12;
     const Vec2 ahead = vertical ? (camera_.forward.z < 0 ? top : -top) : level;
     ahead_ = glm::normalize(ahead);
-    if (ortho)
-        originAhead_ = {glm::dot(Vec2{stepX.x, stepX.y}, ahead_),
-                        glm::dot(Vec2{stepY.x, stepY.y}, ahead_)};
+    if (ortho) {
+        originX_ = {stepX.x, stepX.y};
+        originY_ = {stepY.x, stepY.y};
+    }
+}
+
+RayFrame RayFrame::turned() const {
+    TERRAY_ASSERT(camera_.projection != Projection::Panorama);
+    RayFrame frame = *this;
+    std::swap(frame.alongX_, frame.alongY_);
+    std::swap(frame.originX_, frame.originY_);
+    std::swap(frame.centre_.x, frame.centre_.y);
+    return frame;
+}
+
+RayFrame RayFrame::lookingAside() const {
+    RayFrame frame = *this;
+    frame.ahead_ = {ahead_.y, -ahead_.x};
+    return frame;
 }
 
 RayTerms RayFrame::termsOf(const Linear& part, double steps) const {
@@ -75,10 +94,10 @@ RayTerms RayFrame::columnTerms(double px) const {
             worldFromLattice_.latticeDirection({ray.direction.x * level, ray.direction.y * level});
         return {0, 0, 0, d.i, d.j, 0, 0, 0, 0};
     }
-    const double steps = px - 0.5 * camera_.width;
+    const double steps = px - centre_.x;
     RayTerms terms = termsOf(alongX_, steps);
     if (camera_.projection == Projection::Ortho)
-        terms[kTermForward0] = originAhead_.x * steps;
+        terms[kTermForward0] = glm::dot(originX_, ahead_) * steps;
     else
         terms[kTermLength2] = steps * steps / (camera_.focalPixels() * camera_.focalPixels());
     return terms;
@@ -99,13 +118,13 @@ RayTerms RayFrame::rowTerms(double py) const {
                 0,
                 1};
     }
-    const double steps = py - 0.5 * camera_.height;
+    const double steps = py - centre_.y;
     RayTerms terms = termsOf(base_, 1.0);
     const RayTerms along = termsOf(alongY_, steps);
     for (size_t k = 0; k < terms.size(); ++k) terms[k] += along[k];
     terms[kTermLength2] = 1.0;
     if (camera_.projection == Projection::Ortho)
-        terms[kTermForward0] = originAhead_.y * steps;
+        terms[kTermForward0] = glm::dot(originY_, ahead_) * steps;
     else
         terms[kTermLength2] += steps * steps / (camera_.focalPixels() * camera_.focalPixels());
     return terms;
@@ -171,8 +190,8 @@ void RayFrame::fillBatch(std::span<const double> px, std::span<const double> py,
                        w};
     double fromCentreX[kBatchRays], fromCentreY[kBatchRays];
     for (size_t k = 0; k < count; ++k) {
-        fromCentreX[k] = px[k] - 0.5 * camera_.width;
-        fromCentreY[k] = py[k] - 0.5 * camera_.height;
+        fromCentreX[k] = px[k] - centre_.x;
+        fromCentreY[k] = py[k] - centre_.y;
     }
     fillLinear(r, fromCentreX, fromCentreY, static_cast<int>(count), batch);
 }

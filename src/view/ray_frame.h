@@ -35,8 +35,8 @@ public:
     PencilRay pencilRay(double px, double py) const {
         if (camera_.projection == Projection::Panorama) return panoramaRay(px, py);
         Linear r = base_;
-        r.add(px - 0.5 * camera_.width, alongX_);
-        r.add(py - 0.5 * camera_.height, alongY_);
+        r.add(px - centre_.x, alongX_);
+        r.add(py - centre_.y, alongY_);
         const double horizontal = r.east * r.east + r.north * r.north;
         const double rise = r.ray.dz * exaggeration_;
         r.ray.bend = bend_ * horizontal;
@@ -50,6 +50,11 @@ public:
     /// horizontal direction of the view (of the picture's top edge when that is vertical).
     RayTerms columnTerms(double px) const;
     RayTerms rowTerms(double py) const;
+    /// The same rays with rows and columns exchanged: pixel (py, px) is pixel (px, py) of this
+    /// one. Not for panoramas.
+    RayFrame turned() const;
+    /// The same rays, where "ahead" is a quarter turn to the right of what it is here.
+    RayFrame lookingAside() const;
     /// The same ray by distance in metres.
     static Ray unitRay(const PencilRay& pencil) {
         Ray ray = pencil.ray;
@@ -105,8 +110,9 @@ private:
     Affine2 worldFromLattice_;
     double exaggeration_, bend_;
     Linear base_, alongX_, alongY_;  ///< the ray at the picture's centre and its change per pixel
+    Vec2 centre_;                    ///< of the picture, pixels
     Vec2 ahead_{0, 1};               ///< unit
-    Vec2 originAhead_{0, 0};         ///< ortho: metres ahead per pixel along x and y
+    Vec2 originX_{0, 0}, originY_{0, 0};  ///< ortho: metres per pixel along x and y
 };
 
 /// Picture rectangle worked on at once.

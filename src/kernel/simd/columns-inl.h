@@ -301,10 +301,9 @@ HWY_INLINE MI isPast(const TerrainCut& cut, const MarchTile& tile, const MarchEr
 
 /// Metres ahead from which on the rays may meet the surface; negative: not known.
 HWY_INLINE VF beginOf(const MarchRow& row, const MarchLanes& m, size_t p) {
-    const float* below = m.below + kMarchPad + p;
-    VF begin = hn::Min(loadF(below), loadF(m.limit + p));
-    for (int k = -row.left; k <= row.right; ++k)
-        if (k != 0) begin = hn::Min(begin, hn::LoadU(DF(), below + k));
+    VF begin = loadF(m.limit + p);
+    for (int k = row.first; k <= row.last; ++k)
+        begin = hn::Min(begin, hn::LoadU(DF(), m.below + p + k));
     return begin;
 }
 

@@ -62,7 +62,6 @@ MarchCounts dispatchRow(const TerrainCut& cut, const MarchTile& tile, const Marc
 }  // namespace simd
 
 void resetLanes(MarchLanes& m) {
-    std::fill(std::begin(m.below), std::end(m.below), -1.0f);
     std::fill_n(m.forward, kMarchColumns, -1.0f);
     std::fill_n(m.limit, kMarchColumns, 1e30f);
     std::fill_n(m.past, kMarchColumns, 0);

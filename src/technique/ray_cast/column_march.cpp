@@ -8,8 +8,10 @@
 #include <limits>
 #include <optional>
 
+#include "base/assert.h"
 #include "kernel/beam.h"
 #include "kernel/columns.h"
+#include "technique/ray_cast/march_view.h"
 #include "technique/ray_cast/neighbours.h"
 
 namespace terray {
@@ -17,6 +19,9 @@ namespace {
 
 constexpr int kChunkRows = 16;  ///< rows that share an anchor and their checks for sharp ground
 constexpr int kGroupColumns = 16;
+/// A ray may begin where rays so many rows below it have hit: the farther below, the sharper the
+/// ground must be that could hide between them.
+constexpr int kMostRows = 4;
 constexpr int kGroups = kMarchColumns / kGroupColumns;
 /// Rays nearer to the vertical than this (metres ahead per metre) do not share: "ahead" says too
 /// little there.
@@ -43,12 +48,13 @@ struct Loose {
 
 class Marcher {
 public:
-    Marcher(const TerrainCut& cut, const RayFrame& rays, const ImageTile& tile, Vec2 offset,
+    Marcher(const TerrainCut& cut, const RayFrame& frame, const MarchView& view,
             std::span<Hit> hits, size_t stride, TraceCounters& counters)
         : cut_(cut),
-          rays_(rays),
-          tile_(tile),
-          offset_(offset),
+          frame_(frame),
+          view_(view),
+          rays_(view_.rays),
+          tile_(view_.tile),
           hits_(hits),
           stride_(stride),
           counters_(counters) {}
@@ -59,7 +65,9 @@ private:
     int sideOf(int row) const;
     void turnTo(int side);
     void marchRun(int first, int last);
+    void forget();
     bool marchChunk(int first, int last, bool upwards);
+    std::optional<Neighbours> chooseNeighbours(int top, int bottom);
     void marchOneRow(int row);
     void placeTile(int row);
     MarchRow placeRow(const RayTerms& terms) const;
@@ -73,15 +81,21 @@ private:
     void fillBatch(const Loose& loose, RayBatch& batch) const;
     Beam pixelBeam(int begin, int end, int firstRow, int lastRow) const;
     void castRows(int first, int last) const;
-    Hit& hitAt(int row, int column) {
-        return hits_[static_cast<size_t>(row) * stride_ + static_cast<size_t>(column)];
+    Hit& hitAt(int row, int column) { return hits_[view_.indexOf(row, column, stride_)]; }
+    double px(int column) const { return view_.px(column); }
+    double py(int row) const { return view_.py(row); }
+    /// The row from which a row knows where to begin.
+    int rowBelow(int row) const {
+        return row + (neighbours_.upwards ? neighbours_.rows : -neighbours_.rows);
     }
-    double px(int column) const { return tile_.x + column + offset_.x; }
-    double py(int row) const { return tile_.y + row + offset_.y; }
-    int rowBelow(int row) const { return row + (neighbours_.upwards ? 1 : -1); }
+    /// What is known of the row `rows` below the one to come.
+    float* known(int rows) {
+        return known_[(rowsKnown_ + kMostRows + 1 - rows) % (kMostRows + 1)] + kMarchPad;
+    }
+    float farthestKnown() { return *std::max_element(known(1), known(1) + tile_.width); }
     /// Columns that have all rays of the row below that they need.
-    int firstInner() const { return neighbours_.left; }
-    int lastInner() const { return tile_.width - 1 - neighbours_.right; }
+    int firstInner() const { return neighbours_.left(); }
+    int lastInner() const { return tile_.width - 1 - neighbours_.right(); }
     RayTerms makeRow(int row) const {
         RayTerms terms = rays_.rowTerms(py(row));
         terms[kTermForward0] *= side_;
@@ -103,9 +117,10 @@ private:
     }
 
     const TerrainCut& cut_;
+    const RayFrame& frame_;
+    const MarchView& view_;
     const RayFrame& rays_;
-    const ImageTile tile_;
-    const Vec2 offset_;
+    const ImageTile& tile_;
     std::span<Hit> hits_;
     const size_t stride_;
     TraceCounters& counters_;
@@ -114,14 +129,18 @@ private:
     // of the run
     int side_ = 1;  ///< -1: its rays look backwards
     Neighbours neighbours_;
+    /// Metres ahead known of the last rows' rays, in turns.
+    alignas(64) float known_[kMostRows + 1][kMarchPad + kMarchColumns + kMarchPad];
+    int rowsKnown_ = 0;
     // of the chunk
     int chunkFirst_ = 0, chunkLast_ = 0;
-    std::array<RayTerms, kChunkRows + 1> rows_{};
+    std::array<RayTerms, kChunkRows + kMostRows> rows_{};
     MarchTile march_;
     MarchLanes lanes_;
     std::array<std::optional<BeamWalk>, kGroups> sharp_;
     /// Metres ahead known of edge columns, by row of the chunk.
     float edges_[kChunkRows][kMarchColumns];
+    std::array<Hit, kMarchColumns> turnedHits_;
 };
 
 /// +1 if all rays of a row look ahead, -1 if all look back, 0 if one is too near the vertical.
@@ -164,10 +183,14 @@ void Marcher::march() {
 }
 
 void Marcher::castRows(int first, int last) const {
-    ImageTile part = tile_;
-    part.y += first;
-    part.height = last - first + 1;
-    castByBeams(cut_, rays_, part, offset_, hits_.subspan(static_cast<size_t>(first) * stride_),
+    const int rows = last - first + 1;
+    ImageTile part{tile_.x, tile_.y + first, tile_.width, rows};
+    Vec2 offset = view_.offset;
+    if (view_.turned) {
+        part = {part.y, part.x, part.height, part.width};
+        offset = {offset.y, offset.x};
+    }
+    castByBeams(cut_, frame_, part, offset, hits_.subspan(view_.indexOf(first, 0, stride_)),
                 stride_, counters_);
 }
 
@@ -179,25 +202,50 @@ void Marcher::marchRun(int first, int last) {
             const double x = ray[kTermX], y = ray[kTermY];
             if (x < 0 || y < 0 || x > cut_.cellsX || y > cut_.cellsY) march_.eyeOutside = true;
         }
-    resetLanes(lanes_);
+    forget();
     const auto whole =
-        neighboursOf(rays_, {px(0), py(first), px(tile_.width - 1), py(last)}, side_);
+        neighboursOf(rays_, {px(0), py(first), px(tile_.width - 1), py(last)}, side_, 1);
     if (!whole || whole->upwards) {
         for (int row = last; row >= first; row -= kChunkRows)
-            if (!marchChunk(row, std::max(row - kChunkRows + 1, first), true)) resetLanes(lanes_);
+            if (!marchChunk(row, std::max(row - kChunkRows + 1, first), true)) forget();
     } else {
         for (int row = first; row <= last; row += kChunkRows)
-            if (!marchChunk(row, std::min(row + kChunkRows - 1, last), false)) resetLanes(lanes_);
+            if (!marchChunk(row, std::min(row + kChunkRows - 1, last), false)) forget();
     }
+}
+
+/// Nothing is known of any row.
+void Marcher::forget() {
+    resetLanes(lanes_);
+    for (auto& row : known_) std::fill(std::begin(row), std::end(row), -1.0f);
+    rowsKnown_ = 0;
+}
+
+/// Whose hits tell the rows of a chunk where to begin: the next row's if no ground may hide above
+/// it, or those of a row farther down if that is not so there.
+std::optional<Neighbours> Marcher::chooseNeighbours(int top, int bottom) {
+    const PixelBlock block{px(0), py(top), px(tile_.width - 1), py(bottom)};
+    auto next = neighboursOf(rays_, block, side_, 1);
+    if (!next) return next;
+    const double farthest = 1.2 * static_cast<double>(farthestKnown());
+    const auto hides = [&](const Neighbours& n) {
+        return n.sharp.least(farthest) <= static_cast<double>(cut_.maxSharpness);
+    };
+    const bool gaps = cut_.hasHoles != 0 || cut_.unlikeMips != 0 || march_.eyeOutside;
+    if (gaps || !hides(*next)) return next;
+    for (int rows = 2; rows <= std::min(rowsKnown_, kMostRows); ++rows) {
+        const auto n = neighboursOf(rays_, block, side_, rows);
+        if (n && n->upwards == next->upwards && !hides(*n)) return n;
+    }
+    return next;
 }
 
 /// False if the chunk's rows cannot share in this order; they are cast then.
 bool Marcher::marchChunk(int first, int last, bool upwards) {
     const int top = std::min(first, last), bottom = std::max(first, last);
-    const auto neighbours =
-        neighboursOf(rays_, {px(0), py(top), px(tile_.width - 1), py(bottom)}, side_);
+    const auto neighbours = chooseNeighbours(top, bottom);
     if (!neighbours || neighbours->upwards != upwards ||
-        neighbours->left + neighbours->right >= tile_.width) {
+        neighbours->left() + neighbours->right() >= tile_.width) {
         castRows(top, bottom);
         return false;
     }
@@ -205,9 +253,8 @@ bool Marcher::marchChunk(int first, int last, bool upwards) {
     chunkFirst_ = first;
     chunkLast_ = last;
     const int step = neighbours_.upwards ? -1 : 1;
-    rows_[0] = makeRow(first - step);
-    for (int row = first; row != last + step; row += step)
-        rows_[static_cast<size_t>(std::abs(row - first) + 1)] = makeRow(row);
+    for (int row = rowBelow(first), k = 0; row != last + step; row += step)
+        rows_[static_cast<size_t>(k++)] = makeRow(row);
     for (auto& walk : sharp_) walk.reset();
     placeTile(first);
     traceEdges();
@@ -220,7 +267,7 @@ void Marcher::placeTile(int row) {
     const RayTerms ray = sumOf(middle_, rowTerms(row));
     float nearest = std::numeric_limits<float>::infinity();
     for (int c = 0; c < tile_.width; ++c) {
-        const float below = lanes_.below[kMarchPad + c];
+        const float below = known(1)[c];
         if (below >= 0) nearest = std::min(nearest, below);
     }
     march_.w0 = 0;
@@ -258,8 +305,8 @@ MarchRow Marcher::placeRow(const RayTerms& terms) const {
     part[kTermZ] += march_.w0 * part[kTermDz] - march_.anchorZ;
     MarchRow row;
     for (size_t k = 0; k < part.size(); ++k) row.terms[k] = static_cast<float>(part[k]);
-    row.left = neighbours_.left;
-    row.right = neighbours_.right;
+    row.first = neighbours_.first;
+    row.last = neighbours_.last;
     return row;
 }
 
@@ -284,10 +331,9 @@ void Marcher::traceEdges() {
 
 /// Ground that is sharp enough to hide between two rays of a row and to reach up to the next row.
 bool Marcher::mayHideGround() const {
-    if (neighbours_.left + neighbours_.right == 0) return false;
+    if (neighbours_.first == 0 && neighbours_.last == 0) return false;
     if (cut_.hasHoles != 0 || cut_.unlikeMips != 0 || march_.eyeOutside) return true;
-    const float farthest =
-        *std::max_element(lanes_.below + kMarchPad, lanes_.below + kMarchPad + tile_.width);
+    const float farthest = *std::max_element(lanes_.below, lanes_.below + tile_.width);
     return static_cast<double>(cut_.maxSharpness) >=
            neighbours_.sharp.least(static_cast<double>(farthest));
 }
@@ -299,8 +345,7 @@ void Marcher::limitBegins(int row, const RayTerms& terms) {
     const RayTerms termsBelow = rowTerms(below);
     for (int begin = 0; begin < tile_.width; begin += kGroupColumns) {
         const int end = std::min(begin + kGroupColumns, tile_.width);
-        const float farthest =
-            *std::max_element(lanes_.below + kMarchPad + begin, lanes_.below + kMarchPad + end);
+        const float farthest = *std::max_element(lanes_.below + begin, lanes_.below + end);
         if (farthest <= 0) continue;
         // At one distance ahead the two rows differ in w, and so do the columns: linearly.
         const RayTerms& a = columns_[static_cast<size_t>(begin)];
@@ -315,8 +360,8 @@ void Marcher::limitBegins(int row, const RayTerms& terms) {
         if (!walk)  // with the row below the chunk, from whose hits the first row begins
             walk.emplace(
                 cut_,
-                pixelBeam(begin - neighbours_.left, end + neighbours_.right, rowBelow(chunkFirst_),
-                          chunkLast_),
+                pixelBeam(begin - neighbours_.left(), end + neighbours_.right(),
+                          rowBelow(chunkFirst_), chunkLast_),
                 BeamWalk::Sharp{neighbours_.sharp.at,
                                 neighbours_.sharp.perW *
                                     (std::max(a[kTermForward], b[kTermForward]) +
@@ -324,8 +369,8 @@ void Marcher::limitBegins(int row, const RayTerms& terms) {
         const double wanted =
             1.0001 * (static_cast<double>(farthest) - least0) / std::max(least, 1e-9);
         if (walk->reached() < wanted)
-            walk->raiseFloor(rays_.pencilRay(px(begin - neighbours_.left), py(below)).ray,
-                             rays_.pencilRay(px(end - 1 + neighbours_.right), py(below)).ray);
+            walk->raiseFloor(rays_.pencilRay(px(begin - neighbours_.left()), py(below)).ray,
+                             rays_.pencilRay(px(end - 1 + neighbours_.right()), py(below)).ray);
         const double clear = walk->clearTo(wanted);
         const auto limit = static_cast<float>(std::max(0.99999 * (clear * least + least0), 0.0));
         for (int c = begin; c < end; ++c) lanes_.limit[c] = clear >= wanted ? 1e30f : limit;
@@ -334,12 +379,17 @@ void Marcher::limitBegins(int row, const RayTerms& terms) {
 
 void Marcher::marchOneRow(int row) {
     const RayTerms terms = rowTerms(row);
+    lanes_.below = known(neighbours_.rows);
     if (mayHideGround())
         limitBegins(row, terms);
     else
         std::fill_n(lanes_.limit, kMarchColumns, 1e30f);
-    const MarchCounts counts = marchRow(cut_, march_, placeRow(terms), firstInner(),
-                                        lastInner() + 1, lanes_, &hitAt(row, 0));
+    Hit* const hits = view_.turned ? turnedHits_.data() : &hitAt(row, 0);
+    const MarchCounts counts =
+        marchRow(cut_, march_, placeRow(terms), firstInner(), lastInner() + 1, lanes_, hits);
+    if (view_.turned)
+        for (int c = firstInner(); c <= lastInner(); ++c)
+            hitAt(row, c) = turnedHits_[static_cast<size_t>(c)];
     const auto done = static_cast<uint64_t>(lastInner() + 1 - firstInner() - counts.left);
     counters_.rays += done;
     counters_.columns += done;
@@ -349,7 +399,8 @@ void Marcher::marchOneRow(int row) {
     for (int c = 0; c < firstInner(); ++c) lanes_.forward[c] = edges[c];
     for (int c = lastInner() + 1; c < tile_.width; ++c) lanes_.forward[c] = edges[c];
     if (counts.left > 0) traceLeft(row);
-    std::copy_n(lanes_.forward, tile_.width, lanes_.below + kMarchPad);
+    ++rowsKnown_;
+    std::copy_n(lanes_.forward, tile_.width, known(1));
 }
 
 /// What the lanes of a row have left goes to the tracer.
@@ -440,7 +491,8 @@ void Marcher::trace(RayBatch& batch, const Loose& loose, int level) {
 
 void marchTile(const TerrainCut& cut, const RayFrame& rays, const ImageTile& tile, Vec2 offset,
                std::span<Hit> hits, size_t stride, TraceCounters& counters) {
-    Marcher(cut, rays, tile, offset, hits, stride, counters).march();
+    TERRAY_ASSERT(tile.width <= kMarchColumns && tile.height <= kMarchColumns);
+    Marcher(cut, rays, viewFor(rays, tile, offset), hits, stride, counters).march();
 }
 
 }  // namespace terray

@@ -11,8 +11,7 @@
 
 namespace terray {
 
-/// Casts the rays of at most kMarchColumns columns: see kMarchColumns. hits: row by row, `stride`
-/// apart.
+/// Casts the rays of at most kMarchColumns columns and rows. hits: row by row, `stride` apart.
 void marchTile(const TerrainCut& cut, const RayFrame& rays, const ImageTile& tile, Vec2 offset,
                std::span<Hit> hits, size_t stride, TraceCounters& counters);
 

@@ -163,28 +163,28 @@ RayFrame frameOf(const Look& look) {
 
 TEST(Neighbours, StandOneOverTheOtherWhereTheViewIsLevelOrAPanorama) {
     for (const Look& look : {looks()[0], looks()[11]}) {
-        const auto n = neighboursOf(frameOf(look), {0.5, 20.5, 52.5, 35.5}, 1);
+        const auto n = neighboursOf(frameOf(look), {0.5, 20.5, 52.5, 35.5}, 1, 1);
         ASSERT_TRUE(n);
         EXPECT_TRUE(n->upwards);
-        EXPECT_EQ(n->left + n->right, 0);
+        EXPECT_EQ(n->first + n->last, 0);
         EXPECT_TRUE(std::isinf(n->sharp.at));
     }
 }
 
 TEST(Neighbours, StandAsideWhereTheViewIsRolled) {
     const auto right =
-        neighboursOf(frameOf(lookAt("", 0, 0, 800, 75, 0, 30)), {0.5, 0.5, 52.5, 42.5}, 1);
+        neighboursOf(frameOf(lookAt("", 0, 0, 800, 75, 0, 30)), {0.5, 0.5, 52.5, 42.5}, 1, 1);
     const auto left =
-        neighboursOf(frameOf(lookAt("", 0, 0, 800, 75, 0, -30)), {0.5, 0.5, 52.5, 42.5}, 1);
+        neighboursOf(frameOf(lookAt("", 0, 0, 800, 75, 0, -30)), {0.5, 0.5, 52.5, 42.5}, 1, 1);
     ASSERT_TRUE(right && left);
-    EXPECT_EQ(right->left + right->right, 1);
-    EXPECT_EQ(right->left, left->right);
-    EXPECT_EQ(right->right, left->left);
+    EXPECT_EQ(right->left() + right->right(), 1);
+    EXPECT_EQ(right->left(), left->right());
+    EXPECT_EQ(right->right(), left->left());
     EXPECT_FALSE(std::isinf(right->sharp.at));
 }
 
 TEST(Neighbours, AreNoneWhereTheViewLiesOnItsSide) {
-    EXPECT_FALSE(neighboursOf(frameOf(looks()[7]), {0.5, 20.5, 52.5, 35.5}, 1));
+    EXPECT_FALSE(neighboursOf(frameOf(looks()[7]), {0.5, 20.5, 52.5, 35.5}, 1, 1));
 }
 
 }  // namespace

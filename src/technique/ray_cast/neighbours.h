@@ -18,15 +18,22 @@ struct PixelBlock {
 
 struct Neighbours {
     bool upwards = true;  ///< rows further up in the picture look higher
-    /// Columns to look aside: the ray stands between two of these of the row below it.
-    int left = 0, right = 0;
-    /// Only ground whose slope falls off by so many metres a cell can stand between two rays of one
-    /// row and reach up to the next row, with w in metres ahead; infinite: none can.
+    int rows = 1;         ///< the row that is meant is so many rows below
+    /// Columns aside, to the right: the ray stands between two of these of that row.
+    int first = 0, last = 0;
+    int left() const { return first < 0 ? -first : 0; }
+    int right() const { return last > 0 ? last : 0; }
+    /// Only ground whose slope falls off by so many metres a cell can stand between two rays of
+    /// that row and reach up to this one, with w in metres ahead; infinite: none can.
     BeamWalk::Sharp sharp;
 };
 
 /// `side`: -1 where the rays look backwards (RayFrame's "ahead"). Nothing if the rows do not stand
 /// one over the other, or too far aside.
-std::optional<Neighbours> neighboursOf(const RayFrame& rays, const PixelBlock& block, int side);
+std::optional<Neighbours> neighboursOf(const RayFrame& rays, const PixelBlock& block, int side,
+                                       int rows);
+
+/// How many columns aside of the ray one row below a ray stands; infinite: not over it.
+double asideAt(const RayFrame& rays, double px, double py);
 
 }  // namespace terray

@@ -15,10 +15,14 @@ public:
                   std::span<Hit> hits, TraceCounters& counters) const override {
         const auto stride = static_cast<size_t>(tile.width);
         const auto cast = cut.surface == kSurfaceConstant ? castByBeams : marchTile;
-        for (int x = 0; x < tile.width; x += kMarchColumns) {
-            const ImageTile strip{tile.x + x, tile.y, std::min(kMarchColumns, tile.width - x),
-                                  tile.height};
-            cast(cut, rays, strip, offset, hits.subspan(static_cast<size_t>(x)), stride, counters);
+        for (int y = 0; y < tile.height; y += kMarchColumns) {
+            for (int x = 0; x < tile.width; x += kMarchColumns) {
+                const ImageTile part{tile.x + x, tile.y + y,
+                                     std::min(kMarchColumns, tile.width - x),
+                                     std::min(kMarchColumns, tile.height - y)};
+                const auto first = static_cast<size_t>(y) * stride + static_cast<size_t>(x);
+                cast(cut, rays, part, offset, hits.subspan(first), stride, counters);
+            }
         }
     }
 };
