@@ -57,6 +57,7 @@ enum MarchResult : int32_t {
     kMarchLeft = 0,  ///< not decided: trace the ray from clear[k] on
     kMarchHit = 1,
     kMarchMiss = 2,
+    kMarchCell = 3,  ///< hits in this cell, but float arithmetic does not tell well enough where
 };
 
 /// Lanes of one march, in and out.

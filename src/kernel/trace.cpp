@@ -80,37 +80,46 @@ void placeIdle(const TerrainCut& cut, RayBlock& b, int k) {
 
 uint16_t stepCount(int32_t steps) { return static_cast<uint16_t>(std::min(steps, 0xFFFF)); }
 
-/// Puts the cells of certain hits into lanes; the others get a cell that nothing can be found in.
+/// Puts a cell, by its place in the tile, into lane k.
+void loadHitCell(const TerrainCut& cut, uint32_t slot, int32_t x, int32_t y, simd::HitLanes& h,
+                 int k) {
+    const TileDesc& tile = cut.tiles[slot];
+    const int mip = static_cast<int>(tile.mipFlags & kTileMipMask);
+    const uint64_t index = tile.posts + static_cast<uint64_t>(y * kPostStride + x);
+    h.mip[k] = mip;
+    h.cellX[k] = (tile.x >> mip) + x;
+    h.cellY[k] = (tile.y >> mip) + y;
+    const auto put = [&](const auto* posts, auto decode) {
+        h.h00[k] = decode(posts[index]);
+        h.h10[k] = decode(posts[index + 1]);
+        h.h01[k] = decode(posts[index + kPostStride]);
+        h.h11[k] = decode(posts[index + kPostStride + 1]);
+    };
+    if (cut.format == 1) {
+        put(static_cast<const float*>(cut.posts), [](float z) { return static_cast<double>(z); });
+    } else {  // the product and the sum are exact in double, so this rounds once, as fma does
+        const double step = static_cast<double>(tile.zStep), z0 = static_cast<double>(tile.z0);
+        put(static_cast<const uint16_t*>(cut.posts), [=](uint16_t code) {
+            return static_cast<double>(static_cast<float>(step * code + z0));
+        });
+    }
+}
+
+/// A cell in which nothing can be found.
+void loadNoCell(simd::HitLanes& h, int k) {
+    h.mip[k] = 0;
+    h.cellX[k] = h.cellY[k] = h.h00[k] = h.h10[k] = h.h01[k] = h.h11[k] = 0.0;
+}
+
+/// Puts the cells of certain hits into lanes.
 void loadHitCells(const TerrainCut& cut, const RayBlock& b, int count, simd::HitLanes& h) {
     for (int k = 0; k < count; ++k) {
-        if (b.result[k] != simd::kResultHit) {
-            h.mip[k] = 0;
-            h.cellX[k] = h.cellY[k] = h.h00[k] = h.h10[k] = h.h01[k] = h.h11[k] = 0.0;
-            continue;
-        }
         const int mip = b.mip[k];
-        const TileDesc& tile = cut.tiles[b.slot[k]];
-        const int32_t x = b.x[k] >> mip, y = b.y[k] >> mip;
-        const uint64_t index =
-            tile.posts + static_cast<uint64_t>((y & 511) * kPostStride + (x & 511));
-        h.mip[k] = mip;
-        h.cellX[k] = x;
-        h.cellY[k] = y;
-        const auto put = [&](const auto* posts, auto decode) {
-            h.h00[k] = decode(posts[index]);
-            h.h10[k] = decode(posts[index + 1]);
-            h.h01[k] = decode(posts[index + kPostStride]);
-            h.h11[k] = decode(posts[index + kPostStride + 1]);
-        };
-        if (cut.format == 1) {
-            put(static_cast<const float*>(cut.posts),
-                [](float z) { return static_cast<double>(z); });
-        } else {  // the product and the sum are exact in double, so this rounds once, as fma does
-            const double step = static_cast<double>(tile.zStep), z0 = static_cast<double>(tile.z0);
-            put(static_cast<const uint16_t*>(cut.posts), [=](uint16_t code) {
-                return static_cast<double>(static_cast<float>(step * code + z0));
-            });
-        }
+        if (b.result[k] == simd::kResultHit)
+            loadHitCell(cut, static_cast<uint32_t>(b.slot[k]), (b.x[k] >> mip) & 511,
+                        (b.y[k] >> mip) & 511, h, k);
+        else
+            loadNoCell(h, k);
     }
 }
 
@@ -318,6 +327,29 @@ void firstHits(const TerrainCut& cut, RayBatch& batch, int count, int level, std
         counters.hits += isHit(hit) ? 1u : 0u;
     }
     counters.rays += static_cast<uint64_t>(count);
+}
+
+void hitsInCells(const TerrainCut& cut, RayBatch& batch, int count, std::span<Hit> hits) {
+    simd::HitLanes h;
+    const int padded = (count + 15) / 16 * 16;
+    for (int k = 0; k < padded; ++k) {
+        if (k < count) {
+            const Hit& hit = hits[static_cast<size_t>(k)];
+            loadHitCell(cut, hit.tile, static_cast<int32_t>(cellX(hit)),
+                        static_cast<int32_t>(cellY(hit)), h, k);
+        } else {
+            batch.set(k, batch.ray(0));
+            loadNoCell(h, k);
+        }
+    }
+    simd::finishHits(batch, h, padded, cut.surface);
+    for (int k = 0; k < count; ++k) {
+        Hit& hit = hits[static_cast<size_t>(k)];
+        hit.t = static_cast<float>(h.t[k]);
+        hit.u = h.u[k];
+        hit.v = h.v[k];
+        hit.flags = std::isnan(h.t[k]) || h.fromBelow[k] != 0 ? uint8_t{0} : uint8_t{kHitValid};
+    }
 }
 
 void firstHits(const TerrainCut& cut, std::span<const Ray> rays, std::span<Hit> hits,

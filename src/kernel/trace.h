@@ -33,6 +33,11 @@ void firstHits(const TerrainCut& cut, std::span<const Ray> rays, std::span<Hit> 
 void firstHits(const TerrainCut& cut, RayBatch& batch, int count, int level, std::span<Hit> hits,
                TraceCounters& counters);
 
+/// The same for rays that are known to come from above and to hit first in the cell of hits[k]:
+/// fixes distance and place. Without kHitValid afterwards: double precision sees no hit there. Not
+/// for constant surfaces.
+void hitsInCells(const TerrainCut& cut, RayBatch& batch, int count, std::span<Hit> hits);
+
 /// Shadow tests: occluded[k] = 1 where the ray leaving hits[k] (a point on the drawn surface) meets
 /// the surface again at t > 0. rays[k] has its origin at the hit's place; the known root t = 0 is
 /// divided out of the hit cell's quadratic, so no bias is needed. Invalid hits give 0. A ray that

@@ -75,6 +75,7 @@ private:
     void limitBegins(int row, const RayTerms& terms);
     void traceLeft(int row);
     void traceEdges();
+    void fixHits(int row);
     void traceBegun(const Loose& loose);
     void traceFresh(const Loose& loose, const Beam& beam);
     void trace(RayBatch& batch, const Loose& loose, int level);
@@ -111,9 +112,12 @@ private:
         const bool edge = column < firstInner() || column > lastInner();
         return edge ? edges_[std::abs(row - chunkFirst_)][column] : lanes_.forward[column];
     }
-    /// Metres ahead at a distance along a ray.
-    double aheadAt(const RayTerms& ray, double t) const {
-        return ray[kTermForward0] + t / std::sqrt(ray[kTermLength2]) * ray[kTermForward];
+    /// Metres ahead, rounded down, at a distance along a ray.
+    float aheadOf(int column, int row, double t) const {
+        const RayTerms ray = sumOf(columns_[static_cast<size_t>(column)], rowTerms(row));
+        const double w = (1 - 1e-6) * t / std::sqrt(ray[kTermLength2]);
+        const double ahead = ray[kTermForward0] + w * ray[kTermForward];
+        return static_cast<float>(std::clamp(ahead, 0.0, 1e30));
     }
 
     const TerrainCut& cut_;
@@ -231,8 +235,7 @@ std::optional<Neighbours> Marcher::chooseNeighbours(int top, int bottom) {
     const auto hides = [&](const Neighbours& n) {
         return n.sharp.least(farthest) <= static_cast<double>(cut_.maxSharpness);
     };
-    const bool gaps = cut_.hasHoles != 0 || cut_.unlikeMips != 0 || march_.eyeOutside;
-    if (gaps || !hides(*next)) return next;
+    if (!hides(*next)) return next;
     for (int rows = 2; rows <= std::min(rowsKnown_, kMostRows); ++rows) {
         const auto n = neighboursOf(rays_, block, side_, rows);
         if (n && n->upwards == next->upwards && !hides(*n)) return n;
@@ -406,27 +409,56 @@ void Marcher::marchOneRow(int row) {
 /// What the lanes of a row have left goes to the tracer.
 void Marcher::traceLeft(int row) {
     Loose begun, fresh;
-    const auto flush = [&](bool wasBegun) {
-        Loose& loose = wasBegun ? begun : fresh;
-        if (loose.count == 0) return;
-        if (wasBegun)
-            traceBegun(loose);
-        else
-            traceFresh(loose,
-                       pixelBeam(loose.column[0], loose.column[loose.count - 1] + 1, row, row));
-        loose.count = 0;
+    fixHits(row);
+    const auto traceFreshOnes = [&] {
+        traceFresh(fresh, pixelBeam(fresh.column[0], fresh.column[fresh.count - 1] + 1, row, row));
+        fresh.count = 0;
     };
     for (int c = firstInner(); c <= lastInner(); ++c) {
         if (lanes_.result[c] != kMarchLeft) continue;
-        const bool isBegun = lanes_.begun[c] != 0;
-        Loose& loose = isBegun ? begun : fresh;
+        if (lanes_.begun[c] != 0) {
+            if (begun.count == begun.column.size()) {
+                traceBegun(begun);
+                begun.count = 0;
+            }
+            begun.add(c, row);
+            continue;
+        }
         // Bundles of a few columns reach farther.
-        const bool wide = !isBegun && loose.count > 0 && c >= loose.column[0] + kGroupColumns;
-        if (loose.count == loose.column.size() || wide) flush(isBegun);
-        loose.add(c, row);
+        const bool wide = fresh.count > 0 && c >= fresh.column[0] + kGroupColumns;
+        if (wide || fresh.count == fresh.column.size()) traceFreshOnes();
+        fresh.add(c, row);
     }
-    flush(true);
-    flush(false);
+    if (begun.count > 0) traceBegun(begun);
+    if (fresh.count > 0) traceFreshOnes();
+}
+
+/// Distances of the hits whose cells are known; what is not found there is left.
+void Marcher::fixHits(int row) {
+    for (int c = firstInner(); c <= lastInner();) {
+        Loose loose;
+        for (; c <= lastInner() && loose.count < loose.column.size(); ++c)
+            if (lanes_.result[c] == kMarchCell) loose.add(c, row);
+        if (loose.count == 0) continue;
+        RayBatch batch;
+        std::array<Hit, kBatchRays> found;
+        for (size_t k = 0; k < loose.count; ++k) found[k] = hitAt(row, loose.column[k]);
+        fillBatch(loose, batch);
+        hitsInCells(cut_, batch, static_cast<int>(loose.count),
+                    std::span(found).first(loose.count));
+        for (size_t k = 0; k < loose.count; ++k) {
+            const int column = loose.column[k];
+            if (!isHit(found[k])) {
+                lanes_.result[column] = kMarchLeft;
+                continue;
+            }
+            hitAt(row, column) = found[k];
+            lanes_.forward[column] = aheadOf(column, row, static_cast<double>(found[k].t));
+            ++counters_.rays;
+            ++counters_.columns;
+            ++counters_.hits;
+        }
+    }
 }
 
 void Marcher::fillBatch(const Loose& loose, RayBatch& batch) const {
@@ -480,10 +512,9 @@ void Marcher::trace(RayBatch& batch, const Loose& loose, int level) {
         forward = -1.0f;
         if (!batch.above[k]) continue;
         forward = 0.0f;  // all that is known of a ray that is never near the terrain
-        const double t = isHit(hit) ? static_cast<double>(hit.t) * (1 - 1e-6) : batch.end[k];
         if (!isHit(hit) && batch.end[k] < batch.begin[k]) continue;
-        const RayTerms ray = sumOf(columns_[static_cast<size_t>(c)], rowTerms(row));
-        forward = static_cast<float>(std::clamp(aheadAt(ray, t), 0.0, 1e30));
+        const double t = isHit(hit) ? static_cast<double>(hit.t) : batch.end[k];
+        forward = aheadOf(c, row, t);
     }
 }
 
