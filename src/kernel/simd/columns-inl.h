@@ -40,7 +40,7 @@ HWY_INLINE void storeHits(const MarchTile& tile, const ColumnRays& r, const Marc
 }
 
 /// Lanes that have nothing before them from w on: beside or beyond the terrain's rectangle, or
-/// above all ground wherever they are over it.
+/// above or below all ground wherever they are in it.
 HWY_INLINE MI isPast(const TerrainCut& cut, const MarchTile& tile, const MarchErrors& e,
                      const ColumnRays& r, VF w) {
     // One cell around covers the errors of places.
@@ -62,7 +62,9 @@ HWY_INLINE MI isPast(const TerrainCut& cut, const MarchTile& tile, const MarchEr
     const VF reach = hn::Max(hn::Abs(from), hn::Abs(to));
     const VF error = hn::MulAdd(steady, reach, setF(e.height0));
     const VF highest = setF(cut.maxZ - static_cast<float>(tile.anchorZ));
-    return maskI(hn::Or(from > to, lowest - error > highest));
+    const VF deepest = setF(cut.minZ - static_cast<float>(tile.anchorZ));
+    const MF above = lowest - error > highest, below = hn::Max(from1, to1) + error < deepest;
+    return maskI(hn::Or(from > to, hn::Or(above, below)));
 }
 
 /// Metres ahead from which on the rays may meet the surface; negative: not known.
