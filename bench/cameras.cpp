@@ -18,6 +18,19 @@ public:
     explicit Ground(const ResidentTerrain& terrain)
         : info_(terrain.info()), cut_(finestCut(terrain, kSurfaceBilinear)) {}
 
+    /// A place at fractions of the lattice, or the ground nearest to it, in rings around.
+    WorldPoint onGround(double fractionX, double fractionY) const {
+        constexpr int kRings = 64;
+        for (int ring = 0; ring <= kRings; ++ring)
+            for (int k = 0; k < std::max(8 * ring, 1); ++k) {
+                const double angle = radFromDeg(360.0 * k / std::max(8 * ring, 1));
+                const double x = fractionX + 0.5 * ring / kRings * std::cos(angle);
+                const double y = fractionY + 0.5 * ring / kRings * std::sin(angle);
+                if (std::min(x, y) < 0 || std::max(x, y) > 1) continue;
+                if (!isHole(x, y)) return at(x, y);
+            }
+        return at(fractionX, fractionY);
+    }
     /// A place at fractions of the lattice; z = ground, or the highest height in a hole.
     WorldPoint at(double fractionX, double fractionY) const {
         const double i = fractionX * cut_.cut().cellsX, j = fractionY * cut_.cut().cellsY;
@@ -51,6 +64,10 @@ public:
     }
 
 private:
+    bool isHole(double fractionX, double fractionY) const {
+        const double i = fractionX * cut_.cut().cellsX, j = fractionY * cut_.cut().cellsY;
+        return surfaceCellAt(cut_.cut(), i, j).slot == kNoSlot;
+    }
     const TerrainInfo& info_;
     FrameCut cut_;
 };
@@ -105,7 +122,8 @@ private:
 
 std::vector<NamedCamera> speedCameras(const ResidentTerrain& terrain, int width, int height) {
     Placer placer(terrain, width, height);
-    const WorldPoint side = placer.ground().at(0.25, 0.75), middle = placer.ground().at(0.5, 0.5);
+    const WorldPoint side = placer.ground().onGround(0.25, 0.75);
+    const WorldPoint middle = placer.ground().onGround(0.5, 0.5);
     const WorldPoint low = placer.ground().extreme(-1), high = placer.ground().extreme(1);
     const double inwards = headingTo(side, middle);
     placer.add("low50", placer.view(side, 50, inwards, 0));
@@ -119,7 +137,8 @@ std::vector<NamedCamera> speedCameras(const ResidentTerrain& terrain, int width,
 
 std::vector<NamedCamera> sideCameras(const ResidentTerrain& terrain, int width, int height) {
     Placer placer(terrain, width, height);
-    const WorldPoint side = placer.ground().at(0.25, 0.75), middle = placer.ground().at(0.5, 0.5);
+    const WorldPoint side = placer.ground().onGround(0.25, 0.75);
+    const WorldPoint middle = placer.ground().onGround(0.5, 0.5);
     View rolled = placer.view(side, 500, headingTo(side, middle), -15);
     rolled.rollDeg = 30;
     placer.add("rolled", rolled);

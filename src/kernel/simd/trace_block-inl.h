@@ -50,7 +50,8 @@ HWY_INLINE void stepNodes(const TerrainCut& cut, const Pools& pools, Packet& k, 
     if (!hn::AllFalse(DI(), skip)) {
         // A ray that clears this block by less than the block's own relief rarely clears its
         // parent.
-        const MI climb = hn::Or(empty, maskI(r.lo - top > top - bottom));
+        const VF clears = hn::Max(r.lo - top, bottom - r.hi);
+        const MI climb = hn::Or(empty, maskI(clears > top - bottom));
         moveOn(cut, k, keepSide(k, skip, side), e, lanes, climb);
     }
     const MI down = hn::AndNot(skip, lanes);
@@ -193,7 +194,8 @@ HWY_INLINE void stepCells(const TerrainCut& cut, const Pools& pools, Packet& k, 
     storeI(hn::Or(certain, unclear), setI(kLaneDone), b.state + k.p);
     const MI onward = hn::And(onSide, passes);
     if (!hn::AllFalse(DI(), onward)) {
-        const MI climb = hn::Or(c.hole, maskI(r.least > hn::Abs(c.h11 - c.h00)));
+        const VF clears = hn::Max(r.least, hn::Neg(r.greatest));
+        const MI climb = hn::Or(c.hole, maskI(clears > hn::Abs(c.h11 - c.h00)));
         moveOn(cut, k, onward, e, lanes, climb);
     }
     storeI(lanes, loadI(b.steps + k.p) + one, b.steps + k.p);
