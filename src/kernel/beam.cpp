@@ -25,6 +25,10 @@ BeamWalk::BeamWalk(const TerrainCut& cut, const Beam& beam, const Sharp& sharp)
     double nearest = 1e300, apart = 0;
     for (const Ray& a : beam.corners) {
         speed_ = std::max({speed_, std::fabs(a.dx), std::fabs(a.dy)});
+        leastDx_ = std::min(leastDx_, a.dx - beam.bulge);
+        mostDx_ = std::max(mostDx_, a.dx + beam.bulge);
+        leastDy_ = std::min(leastDy_, a.dy - beam.bulge);
+        mostDy_ = std::max(mostDy_, a.dy + beam.bulge);
         nearest = std::min(nearest, std::sqrt(a.bend));
         for (const Ray& b : beam.corners)
             apart = std::max(apart, std::fabs(std::sqrt(a.bend) - std::sqrt(b.bend)));
@@ -149,6 +153,12 @@ float BeamWalk::sharpOver(const Box& box, double sharp) const {
     }
 }
 
+/// The bundle is beyond the terrain's rectangle and goes away from it.
+bool BeamWalk::hasLeft(const Box& box) const {
+    return (box.x0 > cut_.cellsX && leastDx_ >= 0) || (box.x1 < 0 && mostDx_ <= 0) ||
+           (box.y0 > cut_.cellsY && leastDy_ >= 0) || (box.y1 < 0 && mostDy_ <= 0);
+}
+
 void BeamWalk::raiseFloor(const Ray& left, const Ray& right) {
     floor_[0] = floor_[2] = left;
     floor_[1] = floor_[3] = right;
@@ -169,6 +179,7 @@ double BeamWalk::clearTo(double wanted) {
             const bool rising = there.lowest > here_.lowest;
             here_ = there;
             if (lowest > static_cast<double>(cut_.maxZ) + clearance_ && rising) w_ = kNever;
+            if (hasLeft(there.box)) w_ = kNever;
             ++level_;
         } else {
             stopped_ = level_ <= (sharp_.at > 0 ? kSharpestLevel : 1) || size < 0.5 * there.width;

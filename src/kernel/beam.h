@@ -62,6 +62,7 @@ private:
         int mip;
     };
     Front frontAt(double w) const;
+    bool hasLeft(const Box& box) const;
     Node nodeAt(int level, int64_t x, int64_t y) const;
     Node nodeInTile(const Square& square, int level, int64_t x, int64_t y) const;
     float maxOver(const Box& box, double sharp) const;
@@ -74,6 +75,8 @@ private:
     Sharp sharp_;
     bool fromOutside_ = false;
     double speed_ = 1e-12, bend_ = 0;
+    /// Least and greatest steps of the bundle's rays, its bulge included.
+    double leastDx_ = 1e300, mostDx_ = -1e300, leastDy_ = 1e300, mostDy_ = -1e300;
     /// Rays begin well outside the float rays' error, where their first cells can be told.
     double clearance_ = 1e-3;
     double w_ = 0;

@@ -64,6 +64,7 @@ enum MarchResult : int32_t {
 struct alignas(64) MarchLanes {
     // in
     float limit[kMarchColumns];   ///< metres ahead from which a ray begins at the latest
+    float sure[kMarchColumns];    ///< metres ahead up to which a ray is above the surface anyway
     int32_t past[kMarchColumns];  ///< not 0: the ray below has left the terrain
     // out
     float forward[kMarchColumns];   ///< as below[], of this row: the hit, or the way out

@@ -81,9 +81,10 @@ struct MarchPlace {
     MI active;
 };
 
-/// Puts lanes where the row below says, a little before: for its rounding, and this division's.
+/// Puts lanes at `begin`, a little before: for its rounding, and this division's. Of lanes that are
+/// past, as much is known as of the row below.
 HWY_INLINE MarchPlace beginLanes(const TerrainCut& cut, const MarchTile& tile, const MarchErrors& e,
-                                 const ColumnRays& r, VF begin, MarchLanes& m, size_t p,
+                                 const ColumnRays& r, VF begin, VF below, MarchLanes& m, size_t p,
                                  MI active) {
     const VI zero = hn::Zero(DI());
     const VF w0 = setF(static_cast<float>(tile.w0));
@@ -101,7 +102,7 @@ HWY_INLINE MarchPlace beginLanes(const TerrainCut& cut, const MarchTile& tile, c
     if (!hn::AllFalse(DI(), past)) {
         gone = hn::And(past, isPast(cut, tile, e, r, w));
         storeI(gone, setI(kMarchMiss), m.result + p);
-        storeF(gone, begin, m.forward + p);
+        storeF(gone, below, m.forward + p);
     }
     return {hn::Min(hn::Max(x, zero), lastX), hn::Min(hn::Max(y, zero), lastY), zero,
             hn::AndNot(hn::Or(outside, gone), active)};
@@ -131,7 +132,8 @@ template <bool kInt16, bool kTriangles>
 void marchPacket(const TerrainCut& cut, const Pools& pools, const MarchTile& tile,
                  const MarchRow& row, const MarchErrors& e, MarchLanes& m, size_t p) {
     const VI zero = hn::Zero(DI());
-    const VF begin = beginOf(row, m, p), w0 = setF(static_cast<float>(tile.w0));
+    const VF below = beginOf(row, m, p), w0 = setF(static_cast<float>(tile.w0));
+    const VF begin = hn::Max(below, loadF(m.sure + p));
     const MI begun = maskI(begin >= hn::Zero(DF()));
     hn::Store(zero, DI(), m.result + p);
     hn::Store(zero, DI(), m.steps + p);
@@ -139,7 +141,7 @@ void marchPacket(const TerrainCut& cut, const Pools& pools, const MarchTile& til
     hn::Store(setF(-1.0f), DF(), m.forward + p);
     if (hn::AllFalse(DI(), begun)) return;
     const ColumnRays r = makeRays(cut, tile, row, p);
-    MarchPlace place = beginLanes(cut, tile, e, r, begin, m, p, begun);
+    MarchPlace place = beginLanes(cut, tile, e, r, begin, below, m, p, begun);
     MI hits = noLanes();
     VI steps = zero;
     for (int cell = 0; cell < kMostCells && !hn::AllFalse(DI(), place.active); ++cell) {

@@ -64,6 +64,7 @@ MarchCounts dispatchRow(const TerrainCut& cut, const MarchTile& tile, const Marc
 void resetLanes(MarchLanes& m) {
     std::fill_n(m.forward, kMarchColumns, -1.0f);
     std::fill_n(m.limit, kMarchColumns, 1e30f);
+    std::fill_n(m.sure, kMarchColumns, -1.0f);
     std::fill_n(m.past, kMarchColumns, 0);
     std::fill_n(m.slot, kMarchColumns, static_cast<int32_t>(kNoSlot));
     std::fill_n(m.tileX, kMarchColumns, -1);

@@ -71,6 +71,7 @@ private:
     void marchOneRow(int row);
     void placeTile(int row);
     MarchRow placeRow(const RayTerms& terms) const;
+    void lookBeyond(int group);
     bool mayHideGround() const;
     void limitBegins(int row, const RayTerms& terms);
     void traceLeft(int row);
@@ -260,6 +261,7 @@ bool Marcher::marchChunk(int first, int last, bool upwards) {
         rows_[static_cast<size_t>(k++)] = makeRow(row);
     for (auto& walk : sharp_) walk.reset();
     placeTile(first);
+    for (int group = 0; group * kGroupColumns < tile_.width; ++group) lookBeyond(group);
     traceEdges();
     for (int row = first; row != last + step; row += step) marchOneRow(row);
     return true;
@@ -330,6 +332,27 @@ void Marcher::traceEdges() {
     };
     trace(0, firstInner());
     trace(lastInner() + 1, tile_.width);
+}
+
+/// Where the row below has missed all, a bundle of the chunk's rays tells most of what is to be
+/// told.
+void Marcher::lookBeyond(int group) {
+    int begin = group * kGroupColumns, end = std::min(begin + kGroupColumns, tile_.width);
+    std::fill(lanes_.sure + begin, lanes_.sure + end, -1.0f);
+    while (begin < end && lanes_.past[begin] == 0) ++begin;
+    while (begin < end && lanes_.past[end - 1] == 0) --end;
+    if (begin == end) return;
+    BeamWalk walk(cut_, pixelBeam(begin, end, chunkFirst_, chunkLast_));
+    const double clear = walk.clearTo(kInfinity);
+    const RayTerms &left = columns_[static_cast<size_t>(begin)],
+                   &right = columns_[static_cast<size_t>(end - 1)];
+    const RayTerms &first = rowTerms(chunkFirst_), &last = rowTerms(chunkLast_);
+    const auto leastOf = [&](RayTerm k) {
+        return std::min(left[k], right[k]) + std::min(first[k], last[k]);
+    };
+    const double ahead = leastOf(kTermForward0) + 0.99999 * clear * leastOf(kTermForward);
+    std::fill(lanes_.sure + begin, lanes_.sure + end,
+              static_cast<float>(std::clamp(ahead, -1.0, 1e30)));
 }
 
 /// Ground that is sharp enough to hide between two rays of a row and to reach up to the next row.
