@@ -78,7 +78,8 @@ BeamWalk::Node BeamWalk::nodeInTile(const Square& square, int level, int64_t x, 
     }
     if (sharp_.at <= 0) return node;
     const bool rim = i == 0 || j == 0 || i == n - 1 || j == n - 1;
-    if (cut_.sharpness == nullptr || (rim && cut_.unlikeMips != 0)) {
+    node.rim = rim && cut_.unlikeMips != 0;
+    if (cut_.sharpness == nullptr || node.rim) {
         node.sharpest = kInfinity;
     } else {
         const uint8_t code =
@@ -98,8 +99,9 @@ BeamWalk::Node BeamWalk::nodeAt(int level, int64_t x, int64_t y) const {
             cut_.squares[row.offset + static_cast<uint64_t>(y >> shift) * row.columns +
                          static_cast<uint64_t>(x >> shift)];
         if (square.state == kSquareCovered) continue;
-        if (square.state == kSquareEmpty) return {kLowest, kInfinity, 0};
-        if (square.state == kSquareDescend) return {square.maxZ, kInfinity, 0};
+        if (square.state == kSquareEmpty) return {kLowest, kInfinity, 0, false};
+        if (square.state == kSquareDescend)
+            return {square.maxZ, kInfinity, 0, cut_.unlikeMips != 0};
         return nodeInTile(square, level, x, y);
     }
 }
@@ -116,7 +118,8 @@ void BeamWalk::eachNode(const Box& box, int across, const Visit& visit) const {
     int level = sharp_.at > 0 ? kSharpestLevel : 1;
     while (((x1 >> level) - (x0 >> level)) >= across || ((y1 >> level) - (y0 >> level)) >= across)
         ++level;
-    if (level >= cut_.rootLevel + kTileLevels) return visit(Node{cut_.maxZ, kInfinity, 0});
+    if (level >= cut_.rootLevel + kTileLevels)
+        return visit(Node{cut_.maxZ, kInfinity, 0, cut_.unlikeMips != 0});
     for (int64_t y = y0 >> level; y <= (y1 >> level); ++y)
         for (int64_t x = x0 >> level; x <= (x1 >> level); ++x) visit(nodeAt(level, x, y));
 }
@@ -132,9 +135,9 @@ float BeamWalk::maxOver(const Box& box, double sharp) const {
 float BeamWalk::sharpOver(const Box& box, double sharp) const {
     constexpr int kAcross = 4;
     float top = kLowest;
-    const bool gaps = fromOutside_ || cut_.hasHoles != 0 || cut_.unlikeMips != 0;
-    // What rises from a hole or beyond a border stands in the next cell: one cell around, and any
-    // height there.
+    const bool gaps = fromOutside_ || cut_.unlikeMips != 0;
+    // What rises from the rim or beyond a border stands in the next cell: one cell around, and any
+    // height there. What rises from a hole stands in a cell that is sharp itself.
     for (double around = gaps ? 1 : 0;;) {
         const Box wide{box.x0 - around, box.y0 - around, box.x1 + around, box.y1 + around};
         bool gap = fromOutside_ && (wide.x0 < 0.0 || wide.y0 < 0.0 || wide.x1 > cut_.cellsX ||
@@ -144,7 +147,7 @@ float BeamWalk::sharpOver(const Box& box, double sharp) const {
         top = kLowest;
         eachNode(wide, kAcross, [&](const Node& node) {
             if (static_cast<double>(node.sharpest) >= sharp) top = std::max(top, node.top);
-            gap = gap || node.sharpest == kInfinity;
+            gap = gap || node.rim;
             any = std::max(any, node.top);
             cell = std::max(cell, std::ldexp(1.0, node.mip));
         });

@@ -58,8 +58,9 @@ private:
     /// What is drawn in a block.
     struct Node {
         float top;       ///< greatest height
-        float sharpest;  ///< metres a cell of mip 0
+        float sharpest;  ///< metres a cell of mip 0; infinite beside holes
         int mip;
+        bool rim = false;  ///< the surface may end or jump here
     };
     Front frontAt(double w) const;
     bool hasLeft(const Box& box) const;

@@ -241,7 +241,7 @@ SlotBounds buildPyramid(const uint16_t* posts, int cellsX, int cellsY, TileDesc&
     tile.boundsZ0 = tile.z0;
     tile.boundsStep = tile.zStep;
     const uint32_t all = bounds[levelOffset(kTileLevels)];
-    SlotBounds result{kInfinity, -kInfinity, 0, summary.hasHoles};
+    SlotBounds result{kInfinity, -kInfinity, 0, summary.hasHoles, 0};
     tile.maxDelta = 0;
     if (all == kEmptyBounds) return result;
     result.maxZ = std::fma(tile.zStep, static_cast<float>(all >> 16), tile.z0);
@@ -259,7 +259,7 @@ SlotBounds buildPyramid(const uint16_t* posts, int cellsX, int cellsY, TileDesc&
 SlotBounds buildPyramid(const float* posts, int cellsX, int cellsY, TileDesc& tile,
                         uint32_t* bounds) {
     const FloatSummary summary = summarise(posts, cellsX, cellsY);
-    SlotBounds result{summary.minZ, summary.maxZ, 0, summary.hasHoles};
+    SlotBounds result{summary.minZ, summary.maxZ, 0, summary.hasHoles, 0};
     if (summary.minZ > summary.maxZ) {
         tile.boundsZ0 = tile.maxDelta = 0;
         tile.boundsStep = 1;

@@ -9,9 +9,10 @@
 namespace terray {
 
 struct SlotBounds {
-    float minZ, maxZ;  ///< of the valid cells; minZ > maxZ if there is none
-    float maxDelta;    ///< largest |difference| of neighbouring posts of valid cells
-    bool hasHoles;     ///< some cell inside the extent is a hole
+    float minZ, maxZ;    ///< of the valid cells; minZ > maxZ if there is none
+    float maxDelta;      ///< largest |difference| of neighbouring posts of valid cells
+    bool hasHoles;       ///< some cell inside the extent is a hole
+    float sharpest = 0;  ///< largest finite sharpness, metres a cell
 };
 
 /// Fills `bounds` (kSlotBounds entries) for the cells [0, cellsX) x [0, cellsY) of the tile; the
@@ -29,11 +30,12 @@ struct TileHalo {
     const Post *top = nullptr, *bottom = nullptr;  ///< one a column, cellsX + 1
 };
 
-/// Sharpness of a tile: kSlotSharpness codes, see layout.h. Around holes it is infinite.
-void buildSharpness(const uint16_t* posts, int cellsX, int cellsY, const TileHalo<uint16_t>& halo,
-                    const TileDesc& tile, uint8_t* sharpness);
-void buildSharpness(const float* posts, int cellsX, int cellsY, const TileHalo<float>& halo,
-                    uint8_t* sharpness);
+/// Sharpness of a tile: kSlotSharpness codes, see layout.h. Around holes it is infinite: in every
+/// cell that shares an edge with one. Returns the largest finite one of a block, metres a cell.
+float buildSharpness(const uint16_t* posts, int cellsX, int cellsY, const TileHalo<uint16_t>& halo,
+                     const TileDesc& tile, uint8_t* sharpness);
+float buildSharpness(const float* posts, int cellsX, int cellsY, const TileHalo<float>& halo,
+                     uint8_t* sharpness);
 
 /// Sharpness code of a difference in metres, rounded up; 255 where it is infinite or no number.
 uint8_t sharpnessCode(float metres);

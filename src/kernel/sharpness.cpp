@@ -115,9 +115,10 @@ void upperLevels(uint8_t* sharpness) {
 }
 
 template <class Sum, class Post, class ToMetres>
-void build(const Post* posts, int cellsX, int cellsY, const TileHalo<Post>& halo,
-           const ToMetres& toMetres, uint8_t* sharpness) {
+float build(const Post* posts, int cellsX, int cellsY, const TileHalo<Post>& halo,
+            const ToMetres& toMetres, uint8_t* sharpness) {
     alignas(64) Sum most[kCells];
+    uint8_t greatest = 0;
     std::fill_n(sharpness, kSlotSharpness, uint8_t{0});
     for (int y = 0; y < cellsY; y += kSide) {
         measureRows(posts, cellsX, cellsY, y, std::min(kSide, cellsY - y), halo, most);
@@ -125,10 +126,12 @@ void build(const Post* posts, int cellsX, int cellsY, const TileHalo<Post>& halo
         for (int x = 0; x < cellsX; x += kSide) {
             const Sum* from = most + x;
             const Sum worst = *std::max_element(from, from + std::min(kSide, cellsX - x));
-            out[x / kSide] = sharpnessCode(toMetres(worst));
+            const uint8_t code = out[x / kSide] = sharpnessCode(toMetres(worst));
+            if (code != 255) greatest = std::max(greatest, code);
         }
     }
     upperLevels(sharpness);
+    return sharpnessOf(greatest);
 }
 
 }  // namespace
@@ -145,20 +148,20 @@ float sharpnessOf(uint8_t code) {
     return std::bit_cast<float>((kFirstCode + code) << 20);
 }
 
-void buildSharpness(const uint16_t* posts, int cellsX, int cellsY, const TileHalo<uint16_t>& halo,
-                    const TileDesc& tile, uint8_t* sharpness) {
+float buildSharpness(const uint16_t* posts, int cellsX, int cellsY, const TileHalo<uint16_t>& halo,
+                     const TileDesc& tile, uint8_t* sharpness) {
     const float step = std::fabs(tile.zStep);
     const float rounding = 0x1p-22f * (std::fabs(tile.z0) + 65535.0f * step);
     const auto toMetres = [=](int32_t codes) {
         return codes >= Codes::kSharp ? kInfinity : step * static_cast<float>(codes) + rounding;
     };
-    build<int32_t>(posts, cellsX, cellsY, halo, toMetres, sharpness);
+    return build<int32_t>(posts, cellsX, cellsY, halo, toMetres, sharpness);
 }
 
-void buildSharpness(const float* posts, int cellsX, int cellsY, const TileHalo<float>& halo,
-                    uint8_t* sharpness) {
+float buildSharpness(const float* posts, int cellsX, int cellsY, const TileHalo<float>& halo,
+                     uint8_t* sharpness) {
     const auto toMetres = [](float metres) { return metres * 1.000001f; };
-    build<float>(posts, cellsX, cellsY, halo, toMetres, sharpness);
+    return build<float>(posts, cellsX, cellsY, halo, toMetres, sharpness);
 }
 
 }  // namespace terray

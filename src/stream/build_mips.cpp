@@ -182,13 +182,15 @@ void Builder::makeSharpness(uint32_t slot) {
     const TileId id = pool_.ids[slot];
     const int cellsX = pool_.cellsX(id), cellsY = pool_.cellsY(id);
     uint8_t* out = pool_.sharpness.data() + size_t{slot} * kSlotSharpness;
+    float& sharpest = pool_.slotBounds[slot].sharpest;
     if (pool_.format == PostFormat::Int16) {
         const auto halo = haloOf<uint16_t>(pool_, id);
-        buildSharpness(pool_.postsOf<const uint16_t>(slot), cellsX, cellsY, halo.halo(),
-                       pool_.tiles[slot], out);
+        sharpest = buildSharpness(pool_.postsOf<const uint16_t>(slot), cellsX, cellsY, halo.halo(),
+                                  pool_.tiles[slot], out);
     } else {
         const auto halo = haloOf<float>(pool_, id);
-        buildSharpness(pool_.postsOf<const float>(slot), cellsX, cellsY, halo.halo(), out);
+        sharpest =
+            buildSharpness(pool_.postsOf<const float>(slot), cellsX, cellsY, halo.halo(), out);
     }
 }
 

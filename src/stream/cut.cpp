@@ -71,10 +71,8 @@ struct Directory {
         if (square.state == kSquareEmpty) return square;
         ++tilesPerMip[tile.mipFlags & kTileMipMask];
         cut.maxDelta = std::max(cut.maxDelta, tile.maxDelta);
-        const size_t wholeTile = size_t{slot} * kSlotSharpness + sharpnessOffset(kTileLevels);
-        cut.maxSharpness =
-            std::max(cut.maxSharpness, std::ldexp(sharpnessOf(pool.sharpness[wholeTile]),
-                                                  -static_cast<int>(tile.mipFlags & kTileMipMask)));
+        const int mip = static_cast<int>(tile.mipFlags & kTileMipMask);
+        cut.maxSharpness = std::max(cut.maxSharpness, std::ldexp(bounds.sharpest, -mip));
         lowestCode = std::min({lowestCode, tile.boundsZ0, cut.format == 0 ? tile.z0 : lowestCode});
         highestCode =
             std::max({highestCode, tile.boundsZ0, cut.format == 0 ? tile.z0 : highestCode});

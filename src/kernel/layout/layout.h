@@ -108,7 +108,7 @@ struct TerrainCut {
     float maxDelta = 0;   ///< largest |height difference| of neighbouring posts of drawn tiles
     float codeReach = 0;  ///< largest |z0 - middle of minZ, maxZ| of drawn tiles' height codes
     float maxError = 0;   ///< largest |drawn surface - mip 0| of drawn tiles, metres
-    float maxSharpness = 1e30f;  ///< of drawn tiles, metres a cell of mip 0
+    float maxSharpness = 1e30f;  ///< of drawn tiles but beside holes, metres a cell of mip 0
     uint32_t hasHoles = 1;       ///< 0: no drawn cell is a hole
     uint32_t unlikeMips = 1;     ///< 0: all drawn tiles are of one mip
 };
