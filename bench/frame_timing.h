@@ -12,25 +12,24 @@
 
 #include "base/stopwatch.h"
 #include "kernel/trace.h"
+#include "technique/technique.h"
 #include "timing.h"
 #include "view/ray_frame.h"
 
 namespace terray::bench {
 
-constexpr int kTileSide = 128;
-
 /// Calls cast(tile, worker) for the tiles of a picture, `worker` being the thread's own.
 template <class Worker, class Cast>
 void castTiles(int width, int height, tbb::enumerable_thread_specific<Worker>& workers,
                const Cast& cast) {
-    const int columns = (width + kTileSide - 1) / kTileSide,
-              rows = (height + kTileSide - 1) / kTileSide;
+    const int columns = (width + kTileWidth - 1) / kTileWidth,
+              rows = (height + kTileHeight - 1) / kTileHeight;
     tbb::parallel_for(tbb::blocked_range<int>(0, columns * rows, 1), [&](const auto& range) {
         Worker& worker = workers.local();
         for (int k = range.begin(); k < range.end(); ++k) {
-            ImageTile tile{k % columns * kTileSide, k / columns * kTileSide, 0, 0};
-            tile.width = std::min(kTileSide, width - tile.x);
-            tile.height = std::min(kTileSide, height - tile.y);
+            ImageTile tile{k % columns * kTileWidth, k / columns * kTileHeight, 0, 0};
+            tile.width = std::min(kTileWidth, width - tile.x);
+            tile.height = std::min(kTileHeight, height - tile.y);
             cast(tile, worker);
         }
     });

@@ -97,10 +97,10 @@ Timing timeRuns(int threads, int reps, const std::function<void()>& job) {
 
 std::vector<ImageTile> imageTiles(int width, int height) {
     std::vector<ImageTile> tiles;
-    for (int y = 0; y < height; y += kTileSide)
-        for (int x = 0; x < width; x += kTileSide)
+    for (int y = 0; y < height; y += kTileHeight)
+        for (int x = 0; x < width; x += kTileWidth)
             tiles.push_back(
-                {x, y, std::min(kTileSide, width - x), std::min(kTileSide, height - y)});
+                {x, y, std::min(kTileWidth, width - x), std::min(kTileHeight, height - y)});
     return tiles;
 }
 

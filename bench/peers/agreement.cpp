@@ -12,7 +12,7 @@ std::vector<float> readPicture(const Caster& caster, int width, int height) {
     std::vector<float> picture(static_cast<size_t>(width) * static_cast<size_t>(height));
     tbb::enumerable_thread_specific<Scratch> scratches;
     castTiles(width, height, scratches, [&](const ImageTile& tile, Scratch& scratch) {
-        std::array<float, size_t{kTileSide} * kTileSide> values;
+        std::array<float, size_t{kTileWidth} * kTileHeight> values;
         caster.castTile(tile, scratch);
         caster.readTile(tile, scratch, values);
         for (int y = 0; y < tile.height; ++y)

@@ -16,8 +16,8 @@ namespace terray::bench {
 /// What a contender leaves behind in a thread: hits or plain numbers of the tile's pixels, row by
 /// row, in whichever of the two suits it.
 struct Scratch {
-    std::vector<Hit> hits = std::vector<Hit>(kTileSide * kTileSide);
-    std::vector<float> values = std::vector<float>(kTileSide * kTileSide);
+    std::vector<Hit> hits = std::vector<Hit>(kTileWidth * kTileHeight);
+    std::vector<float> values = std::vector<float>(kTileWidth * kTileHeight);
     TraceCounters counters;
 };
 

@@ -19,7 +19,6 @@ namespace {
 
 /// A side of an image tile, pixels: its hits and sums (128 x 128 x 40 bytes) stay in a core's
 /// cache, and few of its columns and rows lack neighbours to begin from.
-constexpr int kTileSide = 128;
 
 /// One thread's buffers and figures.
 struct Worker {
@@ -49,8 +48,8 @@ public:
     BandRenderer(const Frame& frame, const BandDemand& demand) : frame_(frame), demand_(demand) {}
 
     void render(Band& band, Progress& progress) {
-        const int tilesX = (frame_.camera().width + kTileSide - 1) / kTileSide;
-        const int tilesY = (band.rows + kTileSide - 1) / kTileSide;
+        const int tilesX = (frame_.camera().width + kTileWidth - 1) / kTileWidth;
+        const int tilesY = (band.rows + kTileHeight - 1) / kTileHeight;
         tbb::parallel_for(tbb::blocked_range2d<int>(0, tilesY, 1, 0, tilesX, 1),
                           [&](const auto& range) {
                               for (int y = range.rows().begin(); y != range.rows().end(); ++y)
@@ -84,9 +83,9 @@ public:
 
 private:
     ImageTile tileAt(int x, int y, const Band& band) const {
-        ImageTile tile{x * kTileSide, band.firstRow + y * kTileSide, 0, 0};
-        tile.width = std::min(kTileSide, frame_.camera().width - tile.x);
-        tile.height = std::min(kTileSide, band.firstRow + band.rows - tile.y);
+        ImageTile tile{x * kTileWidth, band.firstRow + y * kTileHeight, 0, 0};
+        tile.width = std::min(kTileWidth, frame_.camera().width - tile.x);
+        tile.height = std::min(kTileHeight, band.firstRow + band.rows - tile.y);
         return tile;
     }
 
@@ -186,10 +185,10 @@ void resizeBand(Band& band, int width, const BandDemand& demand) {
 
 int bandRows(int width, const BandDemand& demand) {
     constexpr size_t kBandBytes = size_t{32} << 20;
-    constexpr size_t kRows = 2 * kTileSide;
+    constexpr size_t kRows = 2 * kTileHeight;
     const size_t row = bytesPerPixel(demand) * static_cast<size_t>(width);
     const size_t rows = std::clamp(kBandBytes / row, size_t{1}, kRows);
-    return static_cast<int>(rows > kTileSide ? rows / kTileSide * kTileSide : rows);
+    return static_cast<int>(rows > kTileHeight ? rows / kTileHeight * kTileHeight : rows);
 }
 
 Result<BandFigures> renderBands(const Frame& frame, const BandDemand& demand,
@@ -198,7 +197,7 @@ Result<BandFigures> renderBands(const Frame& frame, const BandDemand& demand,
     const int step = bandRows(width, demand);
     const double bands = (height + step - 1) / step;
     const double tilesPerBand =
-        ((width + kTileSide - 1) / kTileSide) * ((step + kTileSide - 1) / kTileSide);
+        ((width + kTileWidth - 1) / kTileWidth) * ((step + kTileHeight - 1) / kTileHeight);
     Progress progress("rendering", bands * tilesPerBand);
     BandRenderer renderer(frame, demand);
     Band pair[2];

@@ -3,6 +3,7 @@
 #include "kernel/beam.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -15,6 +16,9 @@ constexpr int kMaxBeamSteps = 96;
 constexpr float kLowest = -3.4e38f;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+/// 2^n; std::ldexp is a call.
+double powerOfTwo(int n) { return std::bit_cast<double>(static_cast<uint64_t>(1023 + n) << 52); }
 
 }  // namespace
 
@@ -84,7 +88,7 @@ BeamWalk::Node BeamWalk::nodeInTile(const Square& square, int level, int64_t x, 
     } else {
         const uint8_t code =
             cut_.sharpness[uint64_t{square.slot} * kSlotSharpness + sharpnessOffset(inner) + index];
-        node.sharpest = std::ldexp(sharpnessOf(code), -mip);
+        node.sharpest = sharpnessOf(code) * static_cast<float>(powerOfTwo(-mip));
     }
     return node;
 }
@@ -149,7 +153,7 @@ float BeamWalk::sharpOver(const Box& box, double sharp) const {
             if (static_cast<double>(node.sharpest) >= sharp) top = std::max(top, node.top);
             gap = gap || node.rim;
             any = std::max(any, node.top);
-            cell = std::max(cell, std::ldexp(1.0, node.mip));
+            cell = std::max(cell, powerOfTwo(node.mip));
         });
         if (!gaps || cell <= around) return gap ? any : top;
         around = cell;
@@ -171,7 +175,7 @@ void BeamWalk::raiseFloor(const Ray& left, const Ray& right) {
 
 double BeamWalk::clearTo(double wanted) {
     for (int step = 0; !stopped_ && w_ < wanted; ++step) {
-        const double size = std::ldexp(1.0, level_);
+        const double size = powerOfTwo(level_);
         const double next = w_ + size / speed_;
         const Front there = frontAt(next);
         const Box box{std::min(here_.box.x0, there.box.x0), std::min(here_.box.y0, there.box.y0),

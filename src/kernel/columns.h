@@ -11,7 +11,7 @@
 
 namespace terray {
 
-constexpr int kMarchColumns = 128;
+constexpr int kMarchColumns = 256;
 
 /// What makes a ray, each a sum of a part of its column and a part of its row. w is the parameter
 /// that all rays of a picture share (RayFrame::PencilRay).

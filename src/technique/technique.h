@@ -14,6 +14,10 @@
 
 namespace terray {
 
+/// The image tiles that frames are made of: as wide as rows share best, and few enough hits to stay
+/// in a core's cache until they are shaded.
+constexpr int kTileWidth = 256, kTileHeight = 128;
+
 /// const-shared: castTile may be called from many threads at once.
 class Technique {
 public:
