@@ -70,6 +70,7 @@ struct alignas(64) MarchLanes {
     float forward[kMarchColumns];   ///< as below[], of this row: the hit, or the way out
     int32_t result[kMarchColumns];  ///< MarchResult
     int32_t begun[kMarchColumns];   ///< not 0: the row below has told where to begin
+    int32_t left[kMarchColumns];    ///< the columns that are neither hits nor misses (yet)
     int32_t steps[kMarchColumns];
     int32_t slot[kMarchColumns], cell[kMarchColumns];
     float t[kMarchColumns], u[kMarchColumns], v[kMarchColumns];

@@ -226,6 +226,12 @@ HWY_INLINE void writeAllHits(const MarchLanes& m, size_t p, Hit* hits) {
 }
 #endif
 
+/// Notes the columns [begin, end) that are left.
+void noteLeft(MarchLanes& m, int begin, int end, MarchCounts& counts) {
+    for (int c = begin; c < end; ++c)
+        if (m.result[c] != kMarchHit && m.result[c] != kMarchMiss) m.left[counts.left++] = c;
+}
+
 MarchCounts marchRowLanes(const TerrainCut& cut, const MarchTile& tile, const MarchRow& row,
                           int begin, int end, MarchLanes& m, Hit* hits) {
     const Pools pools = makePools(cut, static_cast<float>(tile.anchorZ));
@@ -244,7 +250,8 @@ MarchCounts marchRowLanes(const TerrainCut& cut, const MarchTile& tile, const Ma
         if (p >= begin && p + kLanes <= end) {
             const int hit = static_cast<int>(hn::CountTrue(DI(), hn::Eq(result, setI(kMarchHit))));
             counts.hits += hit;
-            counts.left += kLanes - hit - static_cast<int>(hn::CountTrue(DI(), missed));
+            if (hit + static_cast<int>(hn::CountTrue(DI(), missed)) < kLanes)
+                noteLeft(m, p, p + kLanes, counts);
             counts.steps += hn::GetLane(hn::SumOfLanes(DI(), loadI(m.steps + p)));
             writeAllHits(m, first, hits);
             continue;
@@ -252,9 +259,9 @@ MarchCounts marchRowLanes(const TerrainCut& cut, const MarchTile& tile, const Ma
         writeHits(m, p, begin, end, hits);
         for (int c = std::max(p, begin); c < std::min(p + kLanes, end); ++c) {
             counts.hits += m.result[c] == kMarchHit;
-            counts.left += m.result[c] != kMarchHit && m.result[c] != kMarchMiss;
             counts.steps += m.steps[c];
         }
+        noteLeft(m, std::max(p, begin), std::min(p + kLanes, end), counts);
     }
     return counts;
 }

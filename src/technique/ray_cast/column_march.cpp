@@ -36,6 +36,19 @@ RayTerms sumOf(const RayTerms& a, const RayTerms& b) {
     return sum;
 }
 
+/// The greatest of some numbers, several at a time.
+float greatestOf(const float* values, int count) {
+    constexpr int kAtOnce = 16;
+    if (count < kAtOnce) return *std::max_element(values, values + count);
+    std::array<float, kAtOnce> most;
+    std::copy_n(values, kAtOnce, most.begin());
+    for (int first = kAtOnce; first < count; first += kAtOnce) {
+        const float* next = values + std::min(first, count - kAtOnce);
+        for (size_t k = 0; k < most.size(); ++k) most[k] = std::max(most[k], next[k]);
+    }
+    return *std::max_element(most.begin(), most.end());
+}
+
 /// Pixels of a tile that are traced one by one, at most a batch.
 struct Loose {
     std::array<int, kBatchRays> column, row;
@@ -74,9 +87,9 @@ private:
     void lookBeyond(int group);
     bool mayHideGround() const;
     void limitBegins(int row, const RayTerms& terms);
-    void traceLeft(int row);
+    void traceLeft(int row, std::span<const int32_t> left);
     void traceEdges();
-    void fixHits(int row);
+    void fixHits(int row, std::span<const int32_t> left);
     void traceBegun(const Loose& loose);
     void traceFresh(const Loose& loose, const Beam& beam);
     void trace(RayBatch& batch, const Loose& loose, int level);
@@ -94,7 +107,7 @@ private:
     float* known(int rows) {
         return known_[(rowsKnown_ + kMostRows + 1 - rows) % (kMostRows + 1)] + kMarchPad;
     }
-    float farthestKnown() { return *std::max_element(known(1), known(1) + tile_.width); }
+    float farthestKnown() { return greatestOf(known(1), tile_.width); }
     /// Columns that have all rays of the row below that they need.
     int firstInner() const { return neighbours_.left(); }
     int lastInner() const { return tile_.width - 1 - neighbours_.right(); }
@@ -359,7 +372,7 @@ void Marcher::lookBeyond(int group) {
 bool Marcher::mayHideGround() const {
     if (neighbours_.first == 0 && neighbours_.last == 0) return false;
     if (cut_.hasHoles != 0 || cut_.unlikeMips != 0 || march_.eyeOutside) return true;
-    const float farthest = *std::max_element(lanes_.below, lanes_.below + tile_.width);
+    const float farthest = greatestOf(lanes_.below, tile_.width);
     return static_cast<double>(cut_.maxSharpness) >=
            neighbours_.sharp.least(static_cast<double>(farthest));
 }
@@ -371,7 +384,7 @@ void Marcher::limitBegins(int row, const RayTerms& terms) {
     const RayTerms termsBelow = rowTerms(below);
     for (int begin = 0; begin < tile_.width; begin += kGroupColumns) {
         const int end = std::min(begin + kGroupColumns, tile_.width);
-        const float farthest = *std::max_element(lanes_.below + begin, lanes_.below + end);
+        const float farthest = greatestOf(lanes_.below + begin, end - begin);
         if (farthest <= 0) continue;
         // At one distance ahead the two rows differ in w, and so do the columns: linearly.
         const RayTerms& a = columns_[static_cast<size_t>(begin)];
@@ -424,20 +437,21 @@ void Marcher::marchOneRow(int row) {
     const float* edges = edges_[std::abs(row - chunkFirst_)];
     for (int c = 0; c < firstInner(); ++c) lanes_.forward[c] = edges[c];
     for (int c = lastInner() + 1; c < tile_.width; ++c) lanes_.forward[c] = edges[c];
-    if (counts.left > 0) traceLeft(row);
+    if (counts.left > 0)
+        traceLeft(row, std::span(lanes_.left).first(static_cast<size_t>(counts.left)));
     ++rowsKnown_;
     std::copy_n(lanes_.forward, tile_.width, known(1));
 }
 
 /// What the lanes of a row have left goes to the tracer.
-void Marcher::traceLeft(int row) {
+void Marcher::traceLeft(int row, std::span<const int32_t> left) {
     Loose begun, fresh;
-    fixHits(row);
+    fixHits(row, left);
     const auto traceFreshOnes = [&] {
         traceFresh(fresh, pixelBeam(fresh.column[0], fresh.column[fresh.count - 1] + 1, row, row));
         fresh.count = 0;
     };
-    for (int c = firstInner(); c <= lastInner(); ++c) {
+    for (const int c : left) {
         if (lanes_.result[c] != kMarchLeft) continue;
         if (lanes_.begun[c] != 0) {
             if (begun.count == begun.column.size()) {
@@ -457,11 +471,11 @@ void Marcher::traceLeft(int row) {
 }
 
 /// Distances of the hits whose cells are known; what is not found there is left.
-void Marcher::fixHits(int row) {
-    for (int c = firstInner(); c <= lastInner();) {
+void Marcher::fixHits(int row, std::span<const int32_t> left) {
+    for (size_t next = 0; next < left.size();) {
         Loose loose;
-        for (; c <= lastInner() && loose.count < loose.column.size(); ++c)
-            if (lanes_.result[c] == kMarchCell) loose.add(c, row);
+        for (; next < left.size() && loose.count < loose.column.size(); ++next)
+            if (lanes_.result[left[next]] == kMarchCell) loose.add(left[next], row);
         if (loose.count == 0) continue;
         RayBatch batch;
         std::array<Hit, kBatchRays> found;
@@ -472,7 +486,7 @@ void Marcher::fixHits(int row) {
         for (size_t k = 0; k < loose.count; ++k) {
             const int column = loose.column[k];
             if (!isHit(found[k])) {
-                lanes_.result[column] = kMarchLeft;
+                lanes_.result[column] = kMarchLeft;  // after all
                 continue;
             }
             hitAt(row, column) = found[k];
