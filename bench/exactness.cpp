@@ -64,8 +64,8 @@ class Court {
 public:
     explicit Court(std::vector<std::string> targets) : targets_(std::move(targets)) {}
 
-    void judge(const std::string& label, const TerrainCut& cut, const RayFrame& frame,
-               const std::vector<Ray>& rays, uint64_t seed);
+    void judge(const std::string& label, const TerrainCut& cut, const oracle::BlockRanges& ranges,
+               const RayFrame& frame, const std::vector<Ray>& rays, uint64_t seed);
     /// The picture of the same rays, as the technique casts it, by the verdicts of the last
     /// judge().
     void judgePicture(const std::string& label, const TerrainCut& cut, const RayFrame& frame,
@@ -104,7 +104,8 @@ Ray sunRay(const TerrainCut& cut, const RayFrame& frame, const Ray& view,
     return ray;
 }
 
-void Court::judge(const std::string& label, const TerrainCut& cut, const RayFrame& frame,
+void Court::judge(const std::string& label, const TerrainCut& cut,
+                  const oracle::BlockRanges& ranges, const RayFrame& frame,
                   const std::vector<Ray>& rays, uint64_t seed) {
     rays_ = rays;
     suns_.assign(rays.size(), Ray{0, 0, 0, 0, 0, 1});
@@ -114,11 +115,11 @@ void Court::judge(const std::string& label, const TerrainCut& cut, const RayFram
     forSlices(rays.size(), [&](size_t first, size_t count) {
         std::mt19937_64 random(seed * 1'000'003 + first);
         for (size_t k = first; k < first + count; ++k) {
-            exact_[k] = oracle::firstHit(cut, rays_[k]);
+            exact_[k] = oracle::firstHit(cut, rays_[k], &ranges);
             if (!isHit(exact_[k].hit)) continue;
             starts_[k] = exact_[k].hit;
             suns_[k] = sunRay(cut, frame, rays_[k], exact_[k], random);
-            shadows_[k] = oracle::occluded(cut, starts_[k], suns_[k]) ? 1 : 0;
+            shadows_[k] = oracle::occluded(cut, starts_[k], suns_[k], &ranges) ? 1 : 0;
         }
     });
     for (const std::string& target : targets_) {
@@ -268,6 +269,13 @@ std::vector<Ray> cameraRays(const RayFrame& frame) {
     return rays;
 }
 
+/// A cut, and what lets the oracle hurry.
+struct JudgedCut {
+    explicit JudgedCut(FrameCut choice) : cut(std::move(choice)), ranges(cut.cut()) {}
+    FrameCut cut;
+    oracle::BlockRanges ranges;
+};
+
 void judgeScene(const Scene& scene, const Technique& technique, SurfaceKind kind, uint64_t rayCount,
                 const ExactnessOptions& options, Court& court) {
     std::vector<NamedCamera> cameras = speedCameras(*scene.terrain, options.width, options.height);
@@ -277,33 +285,34 @@ void judgeScene(const Scene& scene, const Technique& technique, SurfaceKind kind
     Progress progress(scene.name + ", " + surface,
                       static_cast<double>(2 * cameras.size() + rayCount / kBatch));
     const Affine2& lattice = scene.terrain->info().worldFromLattice;
-    std::vector<FrameCut> cuts;  // finest, then one with unlike mips for each camera
-    cuts.push_back(finestCut(*scene.terrain, kind));
+    std::vector<JudgedCut> cuts;  // finest, then one with unlike mips for each camera
+    cuts.emplace_back(finestCut(*scene.terrain, kind));
     for (const NamedCamera& named : cameras) {
         CutOptions choice;
         choice.bend = scene.bend;
         choice.surface = kind;
-        cuts.push_back(selectCut(*scene.terrain, named.camera, choice));
+        cuts.emplace_back(selectCut(*scene.terrain, named.camera, choice));
         const RayFrame frame(named.camera, lattice, 1, scene.bend);
         const std::vector<Ray> rays = cameraRays(frame);
-        for (const FrameCut* cut : {&cuts.front(), &cuts.back()}) {
-            const std::string mips = cut == &cuts.front() ? "finest" : "2/3 px";
-            court.judge(fmt::format("{}, {}, {}, {}", scene.name, surface, named.name, mips),
-                        cut->cut(), frame, rays, options.seed);
-            court.judgePicture(fmt::format("{}, {}, {}, {}", scene.name, surface, named.name, mips),
-                               cut->cut(), frame, technique);
+        for (const JudgedCut* judged : {&cuts.front(), &cuts.back()}) {
+            const std::string mips = judged == &cuts.front() ? "finest" : "2/3 px";
+            const std::string label =
+                fmt::format("{}, {}, {}, {}", scene.name, surface, named.name, mips);
+            const TerrainCut& cut = judged->cut.cut();
+            court.judge(label, cut, judged->ranges, frame, rays, options.seed);
+            court.judgePicture(label, cut, frame, technique);
             progress.advance();
         }
     }
     uint64_t batch = 0;
     for (uint64_t done = 0; done < rayCount; done += kBatch, ++batch) {
         const NamedCamera& named = cameras[batch % cameras.size()];
-        const FrameCut& cut = batch % 2 == 0 ? cuts.front() : cuts[1 + batch % cameras.size()];
+        const JudgedCut& judged = batch % 2 == 0 ? cuts.front() : cuts[1 + batch % cameras.size()];
         const RayFrame frame(named.camera, lattice, 1, batch % 3 == 0 ? 0 : scene.bend);
         const size_t count = static_cast<size_t>(std::min<uint64_t>(kBatch, rayCount - done));
-        court.judge(fmt::format("{}, {}, random batch {}", scene.name, surface, batch), cut.cut(),
-                    frame, randomRays(scene, frame, count, options.seed + batch),
-                    options.seed + batch);
+        court.judge(fmt::format("{}, {}, random batch {}", scene.name, surface, batch),
+                    judged.cut.cut(), judged.ranges, frame,
+                    randomRays(scene, frame, count, options.seed + batch), options.seed + batch);
         progress.advance();
     }
 }

@@ -150,7 +150,8 @@ struct Before {
 /// One ray on its way through the patches.
 class Walk {
 public:
-    Walk(const TerrainCut& cut, const Ray& ray) : cut_(cut), ray_(ray) {
+    Walk(const TerrainCut& cut, const Ray& ray, const BlockRanges* ranges)
+        : cut_(cut), ranges_(ranges), ray_(ray) {
         ray_.x *= 2;
         ray_.y *= 2;
         ray_.dx *= 2;
@@ -184,8 +185,11 @@ private:
                                   double h1, Before& before) const;
     std::optional<ExactHit> crossPatch(const Patch& patch, const Place& in, const Place& out,
                                        Before& before) const;
+    std::optional<Exit> passBlock(const Patch& patch, const Place& in, Patch& block,
+                                  Before& before) const;
 
     const TerrainCut& cut_;
+    const BlockRanges* ranges_;
     Ray ray_;  // half cells
     Place start_{}, end_{};
     uint32_t steps_ = 0;
@@ -319,10 +323,40 @@ std::optional<ExactHit> Walk::crossPatch(const Patch& patch, const Place& in, co
     return cross(patch, *middle, out, height, h1, before);
 }
 
+/// The way through the largest block of cells around `patch` that the ray clears, on the side on
+/// which it came.
+std::optional<Walk::Exit> Walk::passBlock(const Patch& patch, const Place& in, Patch& block,
+                                          Before& before) const {
+    const TileDesc& tile = cut_.tiles[patch.slot];
+    const auto i = static_cast<int>(patch.cell & 511u), j = static_cast<int>(patch.cell >> 9);
+    for (int level = 0; level < BlockRanges::kLevels; ++level) {
+        const int shift = BlockRanges::kShift[level];
+        block.size = int64_t{2} << (shift + static_cast<int>(patch.mip));
+        block.x = 2 * int64_t{tile.x} + (i >> shift) * block.size;
+        block.y = 2 * int64_t{tile.y} + (j >> shift) * block.size;
+        const Exit exit = exitOf(block, in);
+        const int side = sideOf(ranges_->at(patch.slot, level, i, j), ray_, in.t, exit.place.t);
+        if (side == 0 || before.f * side < 0) continue;
+        before = Before{static_cast<double>(side), NAN};
+        return exit;
+    }
+    return std::nullopt;
+}
+
 /// Walks from `in`, on the border of or inside `patch`, to the first hit.
 ExactHit Walk::follow(Patch patch, Place in, Before before) {
     for (;;) {
         ++steps_;
+        Patch block;
+        if (ranges_ != nullptr && patch.valid) {
+            if (const auto exit = passBlock(patch, in, block, before)) {
+                const auto next = exit->last ? std::nullopt : nextPatch(block, *exit);
+                if (!next) return {};
+                patch = *next;
+                in = exit->place;
+                continue;
+            }
+        }
         const Exit exit = exitOf(patch, in);
         const Place& out = exit.place;
         if (patch.valid) {
@@ -439,18 +473,18 @@ double post(const TerrainCut& cut, uint32_t slot, int i, int j) {
     return static_cast<double>(std::fma(tile.zStep, static_cast<float>(code), tile.z0));
 }
 
-ExactHit firstHit(const TerrainCut& cut, const Ray& ray) {
-    Walk walk(cut, ray);
+ExactHit firstHit(const TerrainCut& cut, const Ray& ray, const BlockRanges* ranges) {
+    Walk walk(cut, ray, ranges);
     if (!walk.clip()) return {};
     return walk.followFromStart();
 }
 
-bool occluded(const TerrainCut& cut, const Hit& hit, const Ray& ray) {
+bool occluded(const TerrainCut& cut, const Hit& hit, const Ray& ray, const BlockRanges* ranges) {
     if (!isHit(hit)) return false;
     const Patch patch =
         patchOfCell(cut, hit.tile, static_cast<int>(cellX(hit)), static_cast<int>(cellY(hit)),
                     hit.u >= 0.5f ? 1 : 0, hit.v >= 0.5f ? 1 : 0);
-    Walk walk(cut, ray);
+    Walk walk(cut, ray, ranges);
     if ((hit.flags & kHitStrip) != 0) return walk.occludedOnWall(hit, patch);
     return walk.occludedOnSheet(patch, (hit.flags & kHitFromBelow) != 0);
 }

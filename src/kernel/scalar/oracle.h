@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "kernel/layout/layout.h"
+#include "kernel/scalar/block_ranges.h"
 
 namespace terray::oracle {
 
@@ -21,12 +22,14 @@ struct ExactHit {
     Hit hit{};
     double t = std::numeric_limits<double>::infinity();
 };
-ExactHit firstHit(const TerrainCut& cut, const Ray& ray);
+/// With ranges of blocks, blocks that the ray clears are passed in one step: the same hit, sooner.
+ExactHit firstHit(const TerrainCut& cut, const Ray& ray, const BlockRanges* ranges = nullptr);
 
 /// True if the ray leaving `hit` meets the surface again at t > 0 (rules of kernel/trace.h). The
 /// place is the ray's x, y clamped to the hit's cell (its quadrant for the constant surface); the
 /// ray's z only counts for hits on strips and walls, elsewhere it starts exactly on the sheet.
 /// Running along the sheet, or along the strip or wall that was hit, is occluded (N.L = 0).
-bool occluded(const TerrainCut& cut, const Hit& hit, const Ray& ray);
+bool occluded(const TerrainCut& cut, const Hit& hit, const Ray& ray,
+              const BlockRanges* ranges = nullptr);
 
 }  // namespace terray::oracle

@@ -299,6 +299,46 @@ TEST(Oracle, NothingSlipsThroughPostsEdgesAndStrips) {
     }
 }
 
+TEST(Oracle, PassingClearedBlocksChangesNoHit) {
+    Heights heights = test::townTerrain(1400, 700, 15, 11);
+    test::punchHoles(heights, 40, 12);
+    CutChoice choice;
+    choice.mipOfTile = [](int x, int y) { return x == 0 ? 0 : 1 + y; };
+    TestCut terrain(heights, choice);
+    const TerrainCut& cut = terrain.cut();
+    const oracle::BlockRanges ranges(cut);
+    std::mt19937_64 random(13);
+    int hits = 0;
+    uint64_t steps = 0, fewerSteps = 0;
+    for (int k = 0; k < 4500; ++k) {
+        terrain.setSurface(test::kAllSurfaces[k % 3]);
+        Ray ray = towards(uniform(random, -40, 1440), uniform(random, -40, 740),
+                          uniform(random, -20, 120), uniform(random, 0, 1399),
+                          uniform(random, 0, 699), uniform(random, -10, 60));
+        if (k % 4 == 0) ray.x = std::round(ray.x), ray.dx = 0;
+        if (k % 5 == 0) ray.dz = 0.01;
+        if (k % 2 == 0) ray.bend = 1e-4 * (ray.dx * ray.dx + ray.dy * ray.dy);
+        const ExactHit hit = firstHit(cut, ray), sooner = firstHit(cut, ray, &ranges);
+        ASSERT_EQ(isHit(hit.hit), isHit(sooner.hit)) << k;
+        if (!isHit(hit.hit)) continue;
+        ++hits;
+        EXPECT_EQ(hit.t, sooner.t);
+        EXPECT_EQ(hit.hit.tile, sooner.hit.tile);
+        EXPECT_EQ(hit.hit.cell, sooner.hit.cell);
+        EXPECT_EQ(hit.hit.flags, sooner.hit.flags);
+        EXPECT_EQ(hit.hit.u, sooner.hit.u);
+        EXPECT_EQ(hit.hit.v, sooner.hit.v);
+        steps += hit.hit.steps;
+        fewerSteps += sooner.hit.steps;
+        const Ray sun{ray.x + ray.dx * hit.t, ray.y + ray.dy * hit.t, heightOfRay(ray, hit.t),
+                      uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -0.1, 1)};
+        EXPECT_EQ(oracle::occluded(cut, hit.hit, sun),
+                  oracle::occluded(cut, hit.hit, sun, &ranges));
+    }
+    EXPECT_GT(hits, 1500);
+    EXPECT_LT(2 * fewerSteps, steps);
+}
+
 TEST(Oracle, StartsOnBelowAndFarFromTheSheet) {
     const TestCut flat(Heights(17, 17, [](int, int) { return 7; }));
     for (const double x : {0.0, 3.0, 4.3, 15.5}) {
