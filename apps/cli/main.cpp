@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // `terray`: finds the command, runs it, turns every failure into one line and an exit code.
 #include <fmt/format.h>
+#include <malloc.h>
 
 #include <csignal>
 #include <cstdio>
@@ -86,9 +87,18 @@ int run(const std::vector<std::string>& arguments) {
     return parse(program, arguments);
 }
 
+/// Large buffers go back to the system as soon as they are freed, whatever was freed before; else
+/// the heap keeps what an earlier stage needed, and --memory would have to count it.
+void returnFreedMemory() {
+    constexpr int kLarge = 1 << 20;
+    mallopt(M_MMAP_THRESHOLD, kLarge);
+    mallopt(M_TRIM_THRESHOLD, kLarge);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+    returnFreedMemory();
     // A closed pipe and a file-size limit are failed writes, checked where they happen.
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGXFSZ, SIG_IGN);

@@ -67,11 +67,14 @@ std::shared_ptr<const SkyLight> ShadeCache::skyLight(const TerrainCut& cut, cons
     }
     const Stopwatch watch;
     isolated([&] {
-        const Overview& view = madeOverview(cut, info, overview);
+        madeOverview(cut, info, overview);
         skies_.push_front(
-            {exaggeration, std::make_shared<SkyLight>(view, info.worldFromLattice, exaggeration)});
+            {exaggeration, std::make_shared<SkyLight>(std::move(*overview), info.worldFromLattice,
+                                                      exaggeration)});
     });
+    overview.reset();
     if (skies_.size() > kSkies) skies_.pop_back();
+    releaseFreedMemory();
     madeMs = watch.elapsedMs();
     return skies_.front().light;
 }

@@ -27,6 +27,7 @@ public:
     /// `overview`: made if it is needed and not there yet; the caller may keep it.
     std::shared_ptr<const Survey> survey(const TerrainCut& cut, const TerrainInfo& info,
                                          std::optional<Overview>& overview);
+    /// Takes the overview if it must make the field: two grids at once would be the peak of memory.
     /// `madeMs`: time spent on it, 0 if it was there.
     std::shared_ptr<const SkyLight> skyLight(const TerrainCut& cut, const TerrainInfo& info,
                                              double exaggeration, std::optional<Overview>& overview,

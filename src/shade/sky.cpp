@@ -111,6 +111,7 @@ SkyLight::SkyLight(Overview overview, const Affine2& worldFromLattice, double ex
                           worldFromLattice.rowLength() / finest.scale},
                          kAzimuths, open);
     fillRims(overview, open);
+    overview.heights = {};
     finest.open.resize(open.size());
     for (size_t k = 0; k < open.size(); ++k)
         finest.open[k] = static_cast<uint16_t>(std::clamp(open[k], 0.0f, 1.0f) * kCodes + 0.5f);

@@ -63,6 +63,7 @@ Result<std::unique_ptr<ResidentTerrain>> ResidentTerrain::build(const HeightSour
 
     const Stopwatch building;
     TERRAY_TRY(buildMips(*terrain->pool_));
+    releaseFreedMemory();
     stats.buildMs = building.elapsedMs();
     stats.holes = loaded.value().holes;
     stats.residentBytes = static_cast<uint64_t>(poolSizes(terrain->info_).total());

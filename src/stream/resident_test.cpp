@@ -257,6 +257,21 @@ TEST(ResidentTerrain, InfiniteHeightsBecomeHoles) {
     EXPECT_EQ(terrain->info().maxZ, 5.0f);
 }
 
+/// 4.69 and 7.41 bytes, and half a byte for windows that are worked on. A whole process may take 5
+/// and 8 bytes above that of a 2 x 2 DEM (bench/whole_process.py), and sky light needs its share of
+/// that.
+TEST(ResidentMemory, IsAFewBytesASampleWithAllMipsAndBounds) {
+    for (const PostFormat format : {PostFormat::Int16, PostFormat::Float32}) {
+        TerrainInfo info;
+        info.scheme = {4096, 4096};
+        info.format = format;
+        const double perSample =
+            static_cast<double>(ResidentTerrain::requiredBytes(info)) / (4096.0 * 4096.0);
+        EXPECT_LE(perSample, format == PostFormat::Int16 ? 5.2 : 7.92);
+        EXPECT_GE(perSample, format == PostFormat::Int16 ? 5.0 : 7.7);
+    }
+}
+
 TEST(ResidentTerrain, RefusesWhatDoesNotFit) {
     ArraySource source(600, 600, PostFormat::Float32, hills(7, false));
     BuildStats stats;
