@@ -87,6 +87,8 @@ private:
     static void setPixel(LitBatch& lit, size_t k, const Colour& colour);
     void addPlinth(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
                    Scratch& scratch) const;
+    void addVoids(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
+                  Scratch& scratch) const;
     void rampBatch(const GroundBatch& ground, FloatsRgb& albedo) const;
     void photoBatch(const GroundBatch& ground, FloatsRgb& own, FloatsRgb& albedo) const;
     void contourBatch(const GroundBatch& ground, Floats& cover) const;
@@ -137,6 +139,7 @@ private:
     std::shared_ptr<const ShadeCache::Ramp> ramp_;
     std::shared_ptr<const SkyLight> sky_;
     std::optional<Plinth> plinth_;
+    std::optional<Plinth> voids_;  ///< not seen itself: tells rays that came through holes
     const Photo* photo_ = nullptr;
     std::shared_ptr<const PhotoFilter> photoFilter_;
     std::optional<PhotoMap> photoMap_;

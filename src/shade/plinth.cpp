@@ -55,7 +55,7 @@ void walkSquares(const Ray& ray, double size, double tIn, double tOut, const Vis
 }  // namespace
 
 Plinth::Plinth(const TerrainCut& cut, const TerrainInfo& info, const RayFrame& rays,
-               const Overview& overview)
+               std::span<const RimLoop> rims)
     : cut_(cut), cellsI_(info.scheme.columns - 1), cellsJ_(info.scheme.rows - 1) {
     const auto columns = static_cast<double>(cellsI_), rows = static_cast<double>(cellsJ_);
     const double side = std::max(columns * info.worldFromLattice.columnLength(),
@@ -64,7 +64,7 @@ Plinth::Plinth(const TerrainCut& cut, const TerrainInfo& info, const RayFrame& r
     blockSize_ = std::max(std::ceil(std::max(columns, rows) / kBlocks), 1.0);
     blocksI_ = static_cast<int64_t>(std::ceil(columns / blockSize_));
     blocksJ_ = static_cast<int64_t>(std::ceil(rows / blockSize_));
-    for (const RimLoop& loop : outerRims(overview)) addLoop(loop, info.worldFromLattice);
+    for (const RimLoop& loop : rims) addLoop(loop, info.worldFromLattice);
     sortIntoBlocks();
 }
 

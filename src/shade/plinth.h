@@ -9,7 +9,6 @@
 #include <span>
 #include <vector>
 
-#include "shade/overview.h"
 #include "shade/rim.h"
 #include "shade/shade.h"
 
@@ -19,7 +18,7 @@ namespace terray {
 class Plinth {
 public:
     Plinth(const TerrainCut& cut, const TerrainInfo& info, const RayFrame& rays,
-           const Overview& overview);
+           std::span<const RimLoop> rims);
 
     struct Seen {
         float t = 0;            ///< distance along the ray

@@ -74,6 +74,17 @@ TEST(Rim, SeparateSheetsHaveSeparateRims) {
     for (const RimLoop& loop : loops) EXPECT_GE(areaOf(loop), 16.0 * 57.0);
 }
 
+TEST(Rim, TakesNarrowVoidsAtTheBorderForGroundAndWideOnesForOutside) {
+    const auto loops = outerRims(overviewOf(400, [](int i, int j) {
+        const bool narrow = std::abs(i - 100) < 3 && j < 200,
+                   wide = std::abs(i - 300) < 9 && j < 200;
+        return !narrow && !wide;
+    }));
+    ASSERT_EQ(loops.size(), 1u);
+    EXPECT_NEAR(areaOf(loops[0]), 399.0 * 399.0 - 200.0 * 18.0, 3000);
+    for (const Vec2& corner : loops[0]) EXPECT_GT(std::abs(corner.x - 100), 20);
+}
+
 /// A disc of ground with a hole in it.
 struct DiscScene {
     static double height(int64_t i, int64_t j) {
@@ -83,7 +94,7 @@ struct DiscScene {
     FunctionSource source{121, 121, 10, height};
     ShadeScene scene{source, cameraOver(source, 8, 8)};
     Plinth plinth{scene.cut.cut(), source.info(), scene.rays,
-                  makeOverview(scene.cut.cut(), source.info().scheme, 1 << 20)};
+                  outerRims(makeOverview(scene.cut.cut(), source.info().scheme, 1 << 20))};
 };
 
 TEST(Plinth, CarriesTheGroundWithinTheRimAndTheHolesInIt) {

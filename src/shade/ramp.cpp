@@ -138,7 +138,8 @@ HeightSurvey surveyHeights(const SurveyGrid& grid) {
     survey.minZ = grid.minZ;
     survey.maxZ = grid.maxZ;
     survey.sea = grid.hasCrs && looksLikeSea(grid);
-    survey.town = looksLikeTown(grid);
+    // Without a CRS a pixel may be any size and a height any unit.
+    survey.town = grid.hasCrs && looksLikeTown(grid);
     std::vector<double> bins(kBins, 0.0);
     const float scale = static_cast<float>(kBins) / std::max(grid.maxZ - grid.minZ, 1e-6f);
     for (float z : grid.heights) {

@@ -46,6 +46,52 @@ CellMask groundMask(const Overview& view) {
     return mask;
 }
 
+/// Along a line of cells, `count` of them `step` apart: those within `reach` of a marked one are
+/// marked.
+void spread(const uint8_t* from, uint8_t* to, int count, ptrdiff_t step, int reach) {
+    for (const bool backwards : {false, true}) {
+        int left = 0;  // cells that are still within reach of the last marked one
+        for (int n = 0; n < count; ++n) {
+            const ptrdiff_t at = step * (backwards ? count - 1 - n : n);
+            left = from[at] != 0 ? reach + 1 : left;
+            if (left > 0) to[at] = 1;
+            left -= left > 0 ? 1 : 0;
+        }
+    }
+}
+
+/// Marks what is within a square of `reach` cells around marked ones.
+void spread(CellMask& mask, int reach) {
+    for (const bool down : {false, true}) {
+        const CellMask from = mask;
+        const int lines = down ? mask.width : mask.height;
+        for (int line = 0; line < lines; ++line) {
+            const ptrdiff_t first = down ? line : static_cast<ptrdiff_t>(line) * mask.width;
+            spread(from.cells.data() + first, mask.cells.data() + first,
+                   down ? mask.height : mask.width, down ? mask.width : 1, reach);
+        }
+    }
+}
+
+void invert(CellMask& mask) {
+    for (uint8_t& cell : mask.cells) cell = cell != 0 ? 0 : 1;
+}
+
+/// Holes too narrow for a square of 2 `reach` + 1 cells, beyond the raster or not, become ground:
+/// voids that happen to reach the raster's border are no outside.
+void closeNarrow(CellMask& mask, int reach) {
+    CellMask wide{mask.width + 4 * reach, mask.height + 4 * reach, {}};
+    wide.cells.assign(static_cast<size_t>(wide.width) * static_cast<size_t>(wide.height), 0);
+    for (int j = 0; j < mask.height; ++j)
+        for (int i = 0; i < mask.width; ++i) wide.at(i + 2 * reach, j + 2 * reach) = mask.at(i, j);
+    spread(wide, reach);
+    invert(wide);
+    spread(wide, reach);
+    for (int j = 1; j + 1 < mask.height; ++j)
+        for (int i = 1; i + 1 < mask.width; ++i)
+            if (wide.at(i + 2 * reach, j + 2 * reach) == 0) mask.at(i, j) = kGround;
+}
+
 /// Holes that are joined to the ring become outside.
 void floodOutside(CellMask& mask) {
     std::vector<std::pair<int, int>> open{{0, 0}};
@@ -179,7 +225,10 @@ RimLoop straightened(std::vector<Vec2> corners, double reach) {
 }  // namespace
 
 std::vector<RimLoop> outerRims(const Overview& view) {
+    constexpr int kWideHole = 64;  // of the raster's smaller side
     CellMask mask = groundMask(view);
+    if (const int close = std::min(view.width, view.height) / (2 * kWideHole); close > 0)
+        closeNarrow(mask, close);
     floodOutside(mask);
     const int reach = straightening(view);
     if (!isFull(mask))

@@ -13,9 +13,10 @@ namespace terray {
 /// right, j down); the last corner is joined to the first.
 using RimLoop = std::vector<Vec2>;
 
-/// The outer rims of an overview's ground. Holes inside are not rims. Where ground ends at holes
-/// and not only at the raster's border, the rim runs a cell or two of the overview within it, so
-/// that straight sides replace the steps of cells and still have ground above them.
+/// The outer rims of an overview's ground. Holes inside are not rims, nor are narrow ones at the
+/// border. Where ground ends at holes and not only at the raster's border, the rim runs a cell or
+/// two of the overview within it, so that straight sides replace the steps of cells and still have
+/// ground above them.
 std::vector<RimLoop> outerRims(const Overview& view);
 
 }  // namespace terray

@@ -79,6 +79,18 @@ std::shared_ptr<const SkyLight> ShadeCache::skyLight(const TerrainCut& cut, cons
     return skies_.front().light;
 }
 
+std::shared_ptr<const std::vector<RimLoop>> ShadeCache::rims(const TerrainCut& cut,
+                                                             const TerrainInfo& info,
+                                                             std::optional<Overview>& overview) {
+    const std::lock_guard lock(mutex_);
+    if (!rims_)
+        isolated([&] {
+            rims_ = std::make_shared<const std::vector<RimLoop>>(
+                outerRims(madeOverview(cut, info, overview)));
+        });
+    return rims_;
+}
+
 std::shared_ptr<const PhotoFilter> ShadeCache::photoFilter(const Photo& photo) {
     const std::lock_guard lock(mutex_);
     if (!photo_) isolated([&] { photo_ = std::make_shared<PhotoFilter>(photo); });

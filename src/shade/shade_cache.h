@@ -12,6 +12,7 @@
 #include "shade/overview.h"
 #include "shade/photo_filter.h"
 #include "shade/ramp.h"
+#include "shade/rim.h"
 #include "shade/sky.h"
 
 namespace terray {
@@ -32,6 +33,9 @@ public:
     std::shared_ptr<const SkyLight> skyLight(const TerrainCut& cut, const TerrainInfo& info,
                                              double exaggeration, std::optional<Overview>& overview,
                                              double& madeMs);
+    /// Outer rims of the ground.
+    std::shared_ptr<const std::vector<RimLoop>> rims(const TerrainCut& cut, const TerrainInfo& info,
+                                                     std::optional<Overview>& overview);
     std::shared_ptr<const PhotoFilter> photoFilter(const Photo& photo);
     /// A ramp, and how it looks on plain ground.
     struct Ramp {
@@ -52,6 +56,7 @@ private:
     };
     std::mutex mutex_;
     std::shared_ptr<const Survey> survey_;
+    std::shared_ptr<const std::vector<RimLoop>> rims_;
     std::list<SkyOf> skies_;  ///< the latest first; few, since each takes megabytes
     std::shared_ptr<const PhotoFilter> photo_;
     std::map<std::string, std::shared_ptr<const Ramp>> ramps_;

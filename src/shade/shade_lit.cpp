@@ -17,6 +17,7 @@ namespace {
 
 const Rgb kRock = rules::sceneFromCodes(136, 131, 123);
 const Rgb kPlinth = rules::sceneFromCodes(198, 194, 187);
+const Rgb kVoid = rules::sceneFromCodes(172, 168, 153);
 const Rgb kContour = rules::sceneFromCodes(92, 68, 50);
 const Rgb kGridLine = rules::sceneFromCodes(36, 42, 52);
 
@@ -61,6 +62,7 @@ void DeferredShader::shadeLit(const ImageTile& tile, Vec2 offset, std::span<cons
     for (size_t first = 0; first < hits.size(); first += kBatch)
         shadeBatch(tile, offset, hits, first, scratch);
     if (plinth_) addPlinth(tile, offset, hits, scratch);
+    if (voids_) addVoids(tile, offset, hits, scratch);
     if (light_.sun.g > 0 && settings_.options.shadows) {
         const CpuStopwatch watch;
         castShadows(offset, scratch, counters);
@@ -178,6 +180,24 @@ void DeferredShader::addPlinth(const ImageTile& tile, Vec2 offset, std::span<con
         if (!base) continue;
         setPixel(scratch.lit[k / kBatch], k, {base->r, base->g, base->b, 1.0f});
         scratch.hits[k].flags = 0;
+    }
+}
+
+/// Through a hole that ground surrounds, no sky shows but a plain tint: white voids would be taken
+/// for snow or water.
+void DeferredShader::addVoids(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
+                              Scratch& scratch) const {
+    const auto width = static_cast<size_t>(tile.width);
+    for (size_t k = 0; k < hits.size(); ++k) {
+        if (isHit(hits[k])) continue;
+        const Ray ray = rays_.rayThrough(tile.x + static_cast<double>(k % width) + offset.x,
+                                         tile.y + static_cast<double>(k / width) + offset.y);
+        if (ray.dz >= 0) continue;
+        const auto seen = voids_->firstSeen(ray, ray.tMax);
+        if (!seen || !seen->inHole) continue;
+        const Rgb tint =
+            rules::throughAir(air_, kVoid * rules::lightOn(light_, 0.5f, 1, 0.8f, 1.0f), seen->t);
+        setPixel(scratch.lit[k / kBatch], k, {tint.r, tint.g, tint.b, 1.0f});
     }
 }
 

@@ -93,10 +93,10 @@ Result<void> DeferredShader::prepare(ShadeCache& cache) {
     }
     const TerrainInfo& info = terrain_.info();
     std::optional<Overview> overview;
-    if (settings_.options.base) {
-        overview = ShadeCache::overviewOf(cut_, info);
-        plinth_.emplace(cut_, info, rays_, *overview);
-    }
+    const bool voids = cut_.hasHoles != 0 && background_.kind == Background::Kind::Sky;
+    if (settings_.options.base || voids)
+        (settings_.options.base ? plinth_ : voids_)
+            .emplace(cut_, info, rays_, *cache.rims(cut_, info, overview));
     const auto survey = cache.survey(cut_, info, overview);
     if (needsRamp(settings_.shading)) {
         auto ramp = cache.ramp(settings_.options.ramp, survey->heights);

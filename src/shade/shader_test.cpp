@@ -186,6 +186,39 @@ TEST(Shader, ThePlinthFillsUnderTheRimAndHidesNoGround) {
     EXPECT_GT(filled, 20u);
 }
 
+TEST(Shader, VoidsThatGroundSurroundsShowNoSky) {
+    const auto surrounded = [](int64_t i, int64_t j) {
+        return std::hypot(static_cast<double>(i - 90), static_cast<double>(j - 70)) < 12;
+    };
+    const FunctionSource whole(180, 150, 10, hills);
+    const FunctionSource source(180, 150, 10, [&](int64_t i, int64_t j) {
+        return surrounded(i, j) ? std::numeric_limits<double>::quiet_NaN() : hills(i, j);
+    });
+    const Camera camera = cameraOver(source, 96, 80);
+    ShadeScene scene(source, camera);
+    const ShadeScene full(whole, camera);
+    const auto hits = scene.hits(), groundThere = full.hits();
+    const auto drawn = shadedOnce(scene, *scene.shader(), {0.5, 0.5});
+    const auto sky = shadedOnce(full, *full.shader(), {0.5, 0.5});
+    scene.settings.options.background = "#ff0000";
+    const auto red = shadedOnce(scene, *scene.shader(), {0.5, 0.5});
+    size_t voids = 0, beside = 0;
+    for (size_t k = 0; k < hits.size(); ++k) {
+        if (isHit(hits[k])) continue;
+        EXPECT_EQ(red[k].g, 0.0f);  // asked for: shown as it is, through voids as well
+        if (isHit(groundThere[k])) {
+            EXPECT_LT(drawn[k].b, 1.1f * drawn[k].r);
+            EXPECT_LT(drawn[k].g, 0.6f);
+            ++voids;
+        } else {
+            EXPECT_EQ(drawn[k].g, sky[k].g);
+            ++beside;
+        }
+    }
+    EXPECT_GT(voids, 20u);
+    EXPECT_GT(beside, 500u);
+}
+
 TEST(Shader, ShadowsDarkenButStayReadable) {
     // A wall along the west throws a shadow on level ground.
     const FunctionSource source(200, 200, 10,
