@@ -75,7 +75,7 @@ def compare(dem, args, width, height):
     fov = 45
     angle = 2 * math.degrees(math.atan(math.tan(math.radians(fov / 2)) * width / height))
     scene = args.out / f"{name}.pov"
-    scene.write_text(SCENE.format(eye=eye, aim=aim, angle=angle, far=20 * away, fog=6 * away, png=png, width=wide, depth=deep,
+    scene.write_text(SCENE.format(eye=eye, aim=aim, angle=angle, far=20 * away, fog=25 * away, png=png, width=wide, depth=deep,
                                   range=high - low, low=low))
     pictures = {peer: args.out / f"{name}-{peer}.png" for peer in ("povray", "terray")}
     povray = ["povray", f"+I{scene}", f"+O{pictures['povray']}", f"+W{width}", f"+H{height}", "+A0.3", "-D", "-GA", "+FN8"]
