@@ -120,6 +120,9 @@ HWY_INLINE void splitCell(const CellPosts& c, const ColumnRays& r, MarchCell& k)
     const VF b = c.h10 - c.h00, a = c.h01 - c.h00, b1 = c.h11 - c.h01, a1 = c.h11 - c.h10;
     const VF before = one - k.u - k.v;
     const MF lower = hn::Or(before > zero, hn::And(before == zero, k.du + k.dv < zero));
+    // A ray that begins within the cell begins over a triangle, not over the bilinear surface.
+    const VF twist = b1 - b;
+    k.f0 = k.f0 + twist * hn::IfThenElse(before > zero, k.u * k.v, (one - k.u) * (one - k.v));
     const VF s = before / (k.du + k.dv);
     const MF crosses = hn::And(s > zero, s < length);
     const VF climbLower = hn::MulAdd(b, k.du, a * k.dv),
@@ -130,8 +133,10 @@ HWY_INLINE void splitCell(const CellPosts& c, const ColumnRays& r, MarchCell& k)
     k.f2 = r.bend;
     const VF middle = hn::MulAdd(s, hn::MulAdd(r.bend, s, k.slope), k.f0);
     const VF sag = setF(0.25f) * r.bend * length * length;
-    k.low = hn::Min(hn::IfThenElse(crosses, hn::Min(k.f1, middle), k.f1), k.f0) - sag;
-    k.open = hn::Or(k.open, maskI(hn::And(crosses, hn::Abs(middle) <= k.error)));
+    const VF met = hn::Min(hn::IfThenElse(crosses, hn::Min(k.f1, middle), k.f1), k.f0);
+    k.low = met - sag;  // enough to pass, but no hit if it is not met
+    const MF unmet = hn::And(k.low < hn::Neg(k.error), met >= hn::Neg(k.error));
+    k.open = hn::Or(k.open, maskI(hn::Or(unmet, hn::And(crosses, hn::Abs(middle) <= k.error))));
     const MF beyond = hn::And(crosses, middle > zero);
     k.f0 = hn::IfThenElse(beyond, middle, k.f0);
     k.slope =

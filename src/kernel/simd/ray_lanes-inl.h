@@ -184,9 +184,12 @@ HWY_INLINE VD firstRootOfTriangles(VD plane, VD slope, VD bend, VD hd, VD beyond
     const VD upperPlane = plane - hd * beyond, upperSlope = slope - hd * rate;
     const VD meets = hn::Neg(beyond) / rate, slack = length * setD(1e-9);
     const VD middle = hn::IfThenElse(hn::And(meets > zero, meets < length), meets, length);
-    const VD s1 = firstRootIn(hn::IfThenElse(startsUpper, upperPlane, plane),
-                              hn::IfThenElse(startsUpper, upperSlope, slope), bend, zero,
-                              middle + slack, never);
+    const VD f0 = hn::IfThenElse(startsUpper, upperPlane, plane);
+    const VD f1 = hn::IfThenElse(startsUpper, upperSlope, slope);
+    // Only of the two triangles together is a root known; the first may have none.
+    const MD none = f1 * f1 < setD(4.0) * bend * f0;
+    const VD s1 =
+        hn::IfThenElse(none, never, firstRootIn(f0, f1, bend, zero, middle + slack, never));
     const VD s2 = firstRootIn(hn::IfThenElse(startsUpper, plane, upperPlane),
                               hn::IfThenElse(startsUpper, slope, upperSlope), bend, middle - slack,
                               length + slack, never);
