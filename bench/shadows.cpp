@@ -25,6 +25,7 @@ struct ShadowOptions : SpeedOptions {
 struct TileRays {
     std::vector<Hit> hits;
     std::vector<Ray> rays;
+    std::vector<SunAsks> asks;
     std::vector<uint8_t> cast, swept;
 };
 
@@ -57,14 +58,18 @@ std::vector<TileRays> shadowRays(const Technique& technique, const TerrainCut& c
         tile.hits.resize(tiles[n].pixelCount());
         TraceCounters counters;
         technique.castTile(cut, frame, tiles[n], {0.5, 0.5}, tile.hits, counters);
-        for (const Hit& hit : tile.hits) {
-            tile.rays.emplace_back();
+        tile.rays.resize(tile.hits.size());
+        tile.asks.resize((tile.hits.size() + kSunAsks - 1) / kSunAsks);
+        for (SunAsks& batch : tile.asks) batch.clear();
+        for (size_t k = 0; k < tile.hits.size(); ++k) {
+            const Hit& hit = tile.hits[k];
             if (!isHit(hit)) continue;
-            const LatticePlace place = hitPlace(cut, hit);
-            tile.rays.back() = sun.rayFrom(place.i, place.j, hitHeight(cut, hit));
+            const auto height = static_cast<float>(hitHeight(cut, hit));
+            tile.rays[k] = sunRay(cut, sun, hit, height);
+            tile.asks[k / kSunAsks].ask(static_cast<int>(k % kSunAsks), hit, height);
         }
         tile.cast.resize(tile.hits.size());
-        tile.swept.resize(tile.hits.size());
+        tile.swept.resize(tile.asks.size() * kSunAsks);
     });
     return all;
 }
@@ -100,7 +105,7 @@ Figures measure(std::vector<TileRays>& tiles, const TerrainCut& cut, const SunDi
     f.walking = timeRuns(threads, reps, [&] {
         f.counters = {};
         for (const ShadowCounters& c : overTiles<ShadowCounters>(tiles, [&](TileRays&t, auto&c) {
-                 shadows(cut, *sweep, t.hits, t.rays, t.swept, c);
+                 shadows(cut, *sweep, t.hits, t.asks, t.swept, c);
              })) {
             f.counters.rays += c.rays;
             f.counters.dark += c.dark;

@@ -67,8 +67,7 @@ private:
     /// Buffers that a thread keeps from tile to tile; whole batches of pixels.
     struct Scratch {
         std::vector<LitBatch> lit;
-        std::vector<Hit> hits;  ///< where the sun may shine
-        std::vector<Ray> rays;
+        std::vector<SunAsks> asks;  ///< where the sun may shine
         std::vector<uint8_t> dark;
         std::vector<Hit> carried;
         void resize(size_t pixels);
@@ -79,8 +78,8 @@ private:
                   std::span<Colour> sum, ShadeCounters& counters) const;
     void shadeBatch(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits, size_t first,
                     Scratch& scratch) const;
-    void lightAndShadowRays(const BatchHits& batch, Vec2 offset, std::span<const Hit> hits,
-                            size_t first, const GroundBatch& ground, Scratch& scratch) const;
+    void lightAndAsk(const BatchHits& batch, std::span<const Hit> hits, const GroundBatch& ground,
+                     LitBatch& lit, SunAsks& asks) const;
     void colourBatch(std::span<const Hit> hits, const GroundBatch& ground, const LightBatch& light,
                      LitBatch& lit) const;
     void storeMisses(std::span<const Hit> hits, const ViewBatch& view, LitBatch& lit) const;
@@ -94,7 +93,10 @@ private:
     void contourBatch(const GroundBatch& ground, Floats& cover) const;
     float gridCover(const Hit& hit, const GroundBatch& ground, int k) const;
     /// Fills scratch.dark: by a sun sweep where that pays, else ray by ray.
-    void castShadows(Vec2 offset, Scratch& scratch, ShadeCounters& counters) const;
+    void findShadows(Vec2 offset, std::span<const Hit> hits, Scratch& scratch,
+                     ShadeCounters& counters) const;
+    void castShadows(const SunDirection& toSun, std::span<const Hit> hits, Scratch& scratch,
+                     ShadeCounters& counters) const;
     /// The hits on ground that the plinth carries: rays go on where they hit what stands over it.
     void cutOverhang(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
                      std::vector<Hit>& carried) const;

@@ -31,23 +31,39 @@ Vec2 discPlace(const RenderOptions& options, Vec2 offset) {
 void DeferredShader::Scratch::resize(size_t pixels) {
     const size_t batches = (pixels + kBatch - 1) / kBatch;
     lit.resize(batches);
-    hits.resize(batches * kBatch);
-    rays.resize(batches * kBatch);
-    dark.assign(batches * kBatch, 0);
+    asks.resize(batches);
+    dark.resize(batches * kBatch);
 }
 
-void DeferredShader::castShadows(Vec2 offset, Scratch& scratch, ShadeCounters& counters) const {
-    if (sunSweeps_) {
-        const SunDirection toSun = sunRays_.direction(discPlace(settings_.options, offset));
-        if (const auto sweep = sunSweeps_->get(cut_, toSun)) {
-            ShadowCounters walked;
-            terray::shadows(cut_, *sweep, scratch.hits, scratch.rays, scratch.dark, walked);
-            counters.shadowRays += walked.rays;
-            return;
-        }
+void DeferredShader::findShadows(Vec2 offset, std::span<const Hit> hits, Scratch& scratch,
+                                 ShadeCounters& counters) const {
+    const SunDirection toSun = sunRays_.direction(discPlace(settings_.options, offset));
+    const auto sweep = sunSweeps_ ? sunSweeps_->get(cut_, toSun) : nullptr;
+    if (!sweep) {
+        castShadows(toSun, hits, scratch, counters);
+        return;
     }
+    ShadowCounters walked;
+    terray::shadows(cut_, *sweep, hits, scratch.asks, scratch.dark, walked);
+    counters.shadowRays += walked.rays;
+}
+
+void DeferredShader::castShadows(const SunDirection& toSun, std::span<const Hit> hits,
+                                 Scratch& scratch, ShadeCounters& counters) const {
+    std::array<Hit, kBatch> from;
+    std::array<Ray, kBatch> rays;
     TraceCounters traced;
-    occluded(cut_, scratch.hits, scratch.rays, scratch.dark, traced);
+    for (size_t first = 0; first < hits.size(); first += kBatch) {
+        const SunAsks& asks = scratch.asks[first / kBatch];
+        for (size_t k = 0; k < kBatch; ++k) {
+            const int lane = static_cast<int>(k);
+            from[k].flags = 0;
+            if (!asks.asks(lane)) continue;
+            from[k] = hits[first + k];
+            rays[k] = sunRay(cut_, toSun, from[k], asks.z[lane]);
+        }
+        occluded(cut_, from, rays, std::span(scratch.dark).subspan(first, kBatch), traced);
+    }
     counters.shadowRays += traced.rays;
 }
 
@@ -65,8 +81,10 @@ void DeferredShader::shadeLit(const ImageTile& tile, Vec2 offset, std::span<cons
     if (voids_) addVoids(tile, offset, hits, scratch);
     if (light_.sun.g > 0 && settings_.options.shadows) {
         const CpuStopwatch watch;
-        castShadows(offset, scratch, counters);
+        findShadows(offset, hits, scratch, counters);
         counters.shadowMs += watch.elapsedMs();
+    } else {
+        std::fill(scratch.dark.begin(), scratch.dark.end(), uint8_t{0});
     }
     for (size_t first = 0; first < hits.size(); first += kBatch) {
         const size_t count = std::min<size_t>(kBatch, hits.size() - first);
@@ -82,40 +100,33 @@ void DeferredShader::shadeBatch(const ImageTile& tile, Vec2 offset, std::span<co
     view.setPixels(rays_.camera(), tile, offset, first);
     ground_.lookThrough(view);
     const BatchHits batch(hits.subspan(first, count));
-    GroundBatch ground;
+    LitBatch& lit = scratch.lit[first / kBatch];
+    SunAsks& asks = scratch.asks[first / kBatch];
+    asks.clear();
     if (batch.some) {
+        GroundBatch ground;
         ground_.at(batch.hits, view, ground);
-        lightAndShadowRays(batch, offset, hits.subspan(first, count), first, ground, scratch);
-    } else {
-        for (size_t k = 0; k < kBatch; ++k) scratch.hits[first + k].flags = 0;
+        lightAndAsk(batch, hits.subspan(first, count), ground, lit, asks);
     }
-    if (!batch.all) storeMisses(hits.subspan(first, count), view, scratch.lit[first / kBatch]);
+    if (!batch.all) storeMisses(hits.subspan(first, count), view, lit);
 }
 
-/// Colours of a batch in light, and the rays that find out where the sun reaches it.
-void DeferredShader::lightAndShadowRays(const BatchHits& batch, Vec2 offset,
-                                        std::span<const Hit> hits, size_t first,
-                                        const GroundBatch& ground, Scratch& scratch) const {
+/// Colours of a batch in light, and which of its hits have to ask whether the sun reaches them.
+void DeferredShader::lightAndAsk(const BatchHits& batch, std::span<const Hit> hits,
+                                 const GroundBatch& ground, LitBatch& lit, SunAsks& asks) const {
     Floats facing{}, openSky;
     const bool sun = light_.sun.g > 0;
     if (sun) sunRays_.facing(ground, modelling_, facing);
     sky_->at(ground.i, ground.j, ground.footprint, openSky);
     LightBatch light;
-    LitBatch& lit = scratch.lit[first / kBatch];
     lightBatch(light_, facing, openSky, ground, light);
     colourBatch(batch.hits, ground, light, lit);
     hazeBatch(air_, ground.distance, lit);
     std::fill_n(lit.alpha.at, kBatch, 1.0f);
     if (!sun || !settings_.options.shadows) return;
-    const SunDirection toSun = sunRays_.direction(discPlace(settings_.options, offset));
-    for (size_t k = 0; k < kBatch; ++k) {
-        Hit& hit = scratch.hits[first + k];
+    for (size_t k = 0; k < hits.size(); ++k) {
         const int lane = static_cast<int>(k);
-        hit.flags = 0;
-        if (k >= hits.size() || !isHit(hits[k]) || facing[lane] <= 0) continue;
-        hit = hits[k];
-        scratch.rays[first + k] =
-            toSun.rayFrom(ground.i[lane], ground.j[lane], static_cast<double>(ground.height[lane]));
+        if (isHit(hits[k]) && facing[lane] > 0) asks.ask(lane, hits[k], ground.height[lane]);
     }
 }
 
@@ -179,7 +190,7 @@ void DeferredShader::addPlinth(const ImageTile& tile, Vec2 offset, std::span<con
         const auto base = plinthColour(hits[k], px, py);
         if (!base) continue;
         setPixel(scratch.lit[k / kBatch], k, {base->r, base->g, base->b, 1.0f});
-        scratch.hits[k].flags = 0;
+        scratch.asks[k / kBatch].withdraw(static_cast<int>(k % kBatch));
     }
 }
 

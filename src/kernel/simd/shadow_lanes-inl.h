@@ -22,19 +22,20 @@ namespace terray::simd::HWY_NAMESPACE {
 
 /// What all lanes of a block share.
 struct SunLanes {
-    ShadowBlock& b;
     const int32_t* posts;
     const int32_t* entries;
     float anchorZ, postsZ, postsStep, codeZ, codeStep;
-    float shear, inverseShear, bend, error;
+    float shear, inverseShear, bend, error, errorPerRow;
+    float rise, risePerColumn, risePerRow;
     int32_t lastColumn, lastRow;
-    bool transposed, mirroredX, mirroredY;
+    bool transposed, mirroredX, mirroredY, mayHaveHoles;
 };
 
-/// Steps of a walk in a tile, after which a ray is cast; bounds the error of a lane's place.
-constexpr int kMostSteps = 16;
+/// Rows of a walk, after which a ray is cast; bounds the error of a lane's place: less than 2.5e-7
+/// cells a step, at most two steps a row.
+constexpr float kMostRows = 48.0f;
 /// A place this near to a border may lie beyond it, in cells.
-constexpr float kNearBorder = 1e-5f;
+constexpr float kNearBorder = 3e-5f;
 /// Relative error of a float expression of some 16 roundings.
 constexpr float kManyRoundings = 1e-6f;
 
@@ -116,10 +117,18 @@ struct SunVerdict {
     MF dark, passes;
 };
 
-/// The hit cell: f(t) / t = f1 + f2 t must keep its sign. Places at a border in the ray's way, or
-/// at the tile's rim, are left to others.
-HWY_INLINE SunVerdict leaveHit(const SunLanes& s, const SunCell& c, VI column, VI row, VF u, VF v,
-                               VF dz, VF bend, VF length, VF error) {
+/// Hits at the rim of the tile that a ray comes in through, or along.
+HWY_INLINE MI standsAtRim(VI column, VI row, VF u, VF v) {
+    const VF near = setF(kNearBorder);
+    return hn::Or(hn::Or(hn::And(hn::Eq(column, hn::Zero(DI())), maskI(u < near)),
+                         hn::And(hn::Eq(row, hn::Zero(DI())), maskI(v < near))),
+                  hn::And(hn::Eq(column, setI(kSlotCells - 1)), maskI(u > setF(1.0f) - near)));
+}
+
+/// The hit cell: f(t) / t = f1 + f2 t must keep its sign. Places at a border in the ray's way are
+/// left to others.
+HWY_INLINE SunVerdict leaveHit(const SunLanes& s, const SunCell& c, VF u, VF v, VF dz, VF bend,
+                               VF length, VF error) {
     const VF shear = setF(s.shear), near = setF(kNearBorder);
     const VF f1 =
         dz - ((c.acrossColumns * shear + c.acrossRows) + c.twist * hn::MulAdd(v, shear, u));
@@ -129,11 +138,7 @@ HWY_INLINE SunVerdict leaveHit(const SunLanes& s, const SunCell& c, VI column, V
         (hn::Abs(dz) + hn::Abs(c.acrossColumns)) + (hn::Abs(c.acrossRows) + hn::Abs(c.twist));
     const VF unsure = hn::MulAdd(size, setF(2e-5f), error + error);
     const VF least = hn::Min(f1, end);
-    const MF atRim =
-        hn::Or(hn::Or(hn::And(maskF(hn::Eq(column, hn::Zero(DI()))), u < near),
-                      hn::And(maskF(hn::Eq(row, hn::Zero(DI()))), v < near)),
-               hn::And(maskF(hn::Eq(column, setI(kSlotCells - 1))), u > setF(1.0f) - near));
-    const MF clear = hn::AndNot(hn::Or(length < near, atRim), least == least);
+    const MF clear = hn::AndNot(length < near, least == least);
     return {hn::And(clear, least < hn::Neg(unsure)), hn::And(clear, least > unsure)};
 }
 
@@ -155,112 +160,148 @@ HWY_INLINE SunVerdict passCell(const SunLanes& s, const SunCell& c, VF u, VF v, 
     return {least<hn::Neg(error), least> error};
 }
 
-/// The bounds at the crossing of a row.
-HWY_INLINE SunVerdict lookUp(const SunLanes& s, VI column, VI row, VF u, VF z, VF error, MI lanes) {
-    const VF r = hn::ConvertTo(DF(), row);
-    const VF shift = setF(s.shear) * r;
-    const VF strip = hn::Floor((hn::ConvertTo(DF(), column) + u) - shift);
-    const VF first = hn::Floor(hn::Neg(shift)) - setF(2.0f);
+/// A packet of rays, in the sun's axes.
+struct SunPacket {
+    VI column, row;
+    VF u, v, z, dz, crossed, start;
+    VI source, bounds;
+};
+
+/// What the sweep says of a ray at the next row with bounds.
+enum BoundsAhead : int32_t {
+    kNotAsked = 0,
+    kSaysNothing = 1,
+    kFreeAhead = 2,    ///< if it comes there, it is lit
+    kCaughtAhead = 3,  ///< if it comes there above the ground, it is dark
+};
+
+HWY_INLINE VF errorAfter(const SunLanes& s, VF dz, VF way) {
+    const VF perRow = hn::MulAdd(setF(kManyRoundings), hn::Abs(dz), setF(s.errorPerRow));
+    return hn::MulAdd(perRow, way + setF(1.0f), setF(s.error));
+}
+
+/// Asks the bounds at the next row that has some: a ray stays in its strip, so what they say there
+/// is known before. Returns the lanes that are dark: without holes on the way there, who is caught
+/// there has met the ground before or meets it later.
+HWY_INLINE MI lookAhead(const SunLanes& s, SunPacket& r, MI lanes) {
+    static_assert(std::has_single_bit(static_cast<unsigned>(kSweepStep)));
     constexpr int kStepBits = std::countr_zero(static_cast<unsigned>(kSweepStep));
-    const VI index = (hn::ShiftRight<kStepBits>(row) - setI(1)) * setI(kSweepStride) +
+    const VI kept = hn::And(r.row, setI(-kSweepStep)) + setI(kSweepStep);
+    const VF rows = hn::ConvertTo(DF(), kept - r.row);
+    const VF place = hn::MulAdd(setF(s.shear), rows - r.v, hn::ConvertTo(DF(), r.column) + r.u);
+    r.bounds = select(lanes, setI(kSaysNothing), r.bounds);
+    constexpr float kNearRim = 1e-3f;
+    const MI asks = hn::AndNot(
+        kept > setI(s.lastRow + 1),
+        hn::And(lanes, maskI(place < setF(static_cast<float>(s.lastColumn + 1) - kNearRim))));
+    if (hn::AllFalse(DI(), asks)) return asks;
+    const VF shift = setF(s.shear) * hn::ConvertTo(DF(), kept);
+    const VF strip = hn::Floor(place - shift);
+    const VF first = hn::Floor(hn::Neg(shift)) - setF(2.0f);
+    const VI index = (hn::ShiftRight<kStepBits>(kept) - setI(1)) * setI(kSweepStride) +
                      hn::ConvertTo(DI(), strip - first);
-    const VI bytes = hn::IfThenElseZero(lanes, hn::ShiftLeft<2>(index));
+    const VI bytes = hn::IfThenElseZero(asks, hn::ShiftLeft<2>(index));
     const VI entry = hn::GatherOffset(DI(), s.entries, bytes);
     const VI up = hn::BitCast(DI(), hn::ShiftRight<16>(hn::BitCast(DU(), entry)));
     const VI down = hn::And(entry, setI(0xFFFF));
     const VF step = setF(s.codeStep), zero = setF(s.codeZ);
     const VF free = hn::MulAdd(step, hn::ConvertTo(DF(), up), zero);
     const VF caught = hn::MulAdd(step, hn::ConvertTo(DF(), down), zero);
-    const MF known = maskF(hn::And(lanes, hn::Ne(up, setI(0xFFFF))));
-    return {hn::And(maskF(lanes), z < caught - error), hn::And(known, z > free + error)};
+    const VF way = r.crossed + (rows - r.start);
+    const VF z = hn::MulAdd(way, hn::MulAdd(setF(s.bend), way, r.dz), r.z);
+    const VF error = errorAfter(s, r.dz, way);
+    const MI isFree = hn::And(hn::And(asks, hn::Ne(up, setI(0xFFFF))), maskI(z > free + error));
+    const MI isCaught = hn::And(asks, maskI(z < caught - error));
+    r.bounds = select(isFree, setI(kFreeAhead), r.bounds);
+    if (!s.mayHaveHoles) return isCaught;
+    r.bounds = select(isCaught, setI(kCaughtAhead), r.bounds);
+    return noLanes();
 }
 
-/// What a step makes of the lanes of a packet.
+/// What a step makes of the lanes of a packet: those that are in none of these are lit.
 struct SunStep {
-    VI result, column, row;
-    VF u, v, crossed, start;
+    MI dark, undecided, goesOn, ahead, aside;
 };
 
-/// What the sun's bounds and the tile's borders make of lanes that have moved to their cell's
+/// What the cell, the bounds and the tile's borders make of lanes that have moved to their cell's
 /// border: `passes` are certain to have come there above the ground, `dark` not to.
-HWY_INLINE VI decide(const SunLanes& s, const SunStep& now, MI active, MI byRow, MI passes, MI dark,
-                     VF z0, VF dz, VF error) {
+HWY_INLINE SunStep decide(const SunLanes& s, SunPacket& r, MI lanes, MI byRow, MI passes, MI dark) {
     const VI lastColumn = setI(s.lastColumn), lastRow = setI(s.lastRow);
     // So near to a corner of the tile that the next tile cannot be told.
     const VF nearOne = setF(1.0f - kNearBorder);
     const MI atCorner =
-        hn::Or(hn::And(hn::And(byRow, hn::Eq(now.column, lastColumn)), maskI(now.u > nearOne)),
-               hn::And(hn::AndNot(byRow, hn::Eq(now.row, lastRow)), maskI(now.v > nearOne)));
+        hn::Or(hn::And(hn::And(byRow, hn::Eq(r.column, lastColumn)), maskI(r.u > nearOne)),
+               hn::And(hn::AndNot(byRow, hn::Eq(r.row, lastRow)), maskI(r.v > nearOne)));
     const MI certain = hn::AndNot(atCorner, passes);
-    MI asks = hn::And(active, hn::And(certain, byRow));
-    if constexpr (kSweepStep > 1)
-        asks = hn::And(asks, hn::Eq(hn::And(now.row, setI(kSweepStep - 1)), hn::Zero(DI())));
-    MI lit = noLanes();
-    if (!hn::AllFalse(DI(), asks)) {
-        const VF way = now.crossed - now.start;
-        const VF z = hn::MulAdd(way, hn::MulAdd(setF(s.bend), way, dz), z0);
-        const SunVerdict known = lookUp(s, now.column, now.row, now.u, z, error, asks);
-        dark = hn::Or(dark, maskI(known.dark));
-        lit = maskI(known.passes);
-    }
-    VI result = select(now.row > lastRow, setI(kShadowAhead), setI(kShadowGoesOn));
-    result = select(now.column > lastColumn, setI(kShadowAside), result);
-    result = select(certain, result, setI(kShadowUndecided));
-    result = select(lit, setI(kShadowLit), result);
-    return select(dark, setI(kShadowDark), result);
+    const MI onKept = hn::Eq(hn::And(r.row, setI(kSweepStep - 1)), hn::Zero(DI()));
+    const MI reached = hn::And(certain, hn::And(byRow, onKept));
+    const MI lit = hn::And(reached, hn::Eq(r.bounds, setI(kFreeAhead)));
+    const MI caught = hn::And(reached, hn::Eq(r.bounds, setI(kCaughtAhead)));
+    const MI far = hn::And(reached, maskI(r.crossed > setF(kMostRows)));
+    r.bounds = select(reached, setI(kNotAsked), r.bounds);
+    SunStep step;
+    step.dark = hn::Or(dark, caught);
+    const MI open = hn::AndNot(hn::Or(step.dark, lit), lanes);
+    const MI on = hn::AndNot(far, hn::And(open, certain));
+    step.undecided = hn::AndNot(on, open);
+    step.ahead = hn::And(on, r.row > lastRow);
+    step.aside = hn::And(on, r.column > lastColumn);
+    step.goesOn = hn::AndNot(hn::Or(step.ahead, step.aside), on);
+    return step;
 }
 
-/// One cell of a packet.
-template <bool kInt16, bool kFirst>
-HWY_INLINE SunStep stepShadows(const SunLanes& s, size_t p, MI active) {
-    const ShadowBlock& b = s.b;
+/// One cell of a packet: `at` its hits, or at the entry of a cell.
+template <bool kInt16, bool kAtHits>
+HWY_INLINE SunStep stepShadows(const SunLanes& s, SunPacket& r, MI active) {
     const VF one = setF(1.0f), zero = hn::Zero(DF());
-    VI column = hn::IfThenElseZero(active, loadI(b.column + p));
-    VI row = hn::IfThenElseZero(active, loadI(b.row + p));
-    VF u = loadF(b.u + p), v = loadF(b.v + p), start = loadF(b.start + p);
-    if constexpr (kFirst) {
-        turnToSun(s, column, row, u, v);
-        start = v;
+    MI asks = active, rim = noLanes();
+    if constexpr (kAtHits) {
+        rim = hn::And(active, standsAtRim(r.column, r.row, r.u, r.v));
+        asks = hn::AndNot(rim, active);
+    } else {
+        asks = hn::And(active, hn::Eq(r.bounds, setI(kNotAsked)));
     }
-    const SunCell c = loadCell<kInt16>(s, column, row);
-    const VF dz = loadF(b.dz + p), z0 = loadF(b.z + p);
+    const MI caught = hn::AllFalse(DI(), asks) ? noLanes() : lookAhead(s, r, asks);
+    const MI lanes = hn::AndNot(hn::Or(caught, rim), active);
+    if (hn::AllFalse(DI(), lanes)) return {caught, rim, lanes, lanes, lanes};
+    const SunCell c =
+        loadCell<kInt16>(s, hn::IfThenElseZero(lanes, r.column), hn::IfThenElseZero(lanes, r.row));
     const VF bend = setF(s.bend);
-    const VF crossed = loadF(b.crossed + p);
-    const VF toRow = one - v, toColumn = (one - u) * setF(s.inverseShear);
+    const VF toRow = one - r.v, toColumn = (one - r.u) * setF(s.inverseShear);
     const MI byRow = maskI(toRow <= toColumn);
     const VF length = hn::Max(hn::Min(toRow, toColumn), zero);
-    const VF way = crossed + (v - start);
-    const VF error = hn::MulAdd(setF(kManyRoundings) * hn::Abs(dz), way + one, setF(s.error));
+    const VF way = r.crossed + (r.v - r.start);
+    const VF error = errorAfter(s, r.dz, way);
     SunVerdict inCell;
-    if constexpr (kFirst) {
-        inCell = leaveHit(s, c, column, row, u, v, dz, bend, length, error);
+    if constexpr (kAtHits) {
+        inCell = leaveHit(s, c, r.u, r.v, r.dz, bend, length, error);
     } else {
-        const VF z = hn::MulAdd(way, hn::MulAdd(bend, way, dz), z0);
-        const VF slope = hn::MulAdd(bend + bend, way, dz);
-        inCell = passCell(s, c, u, v, z, slope, bend, length, error);
+        const VF z = hn::MulAdd(way, hn::MulAdd(bend, way, r.dz), r.z);
+        const VF slope = hn::MulAdd(bend + bend, way, r.dz);
+        inCell = passCell(s, c, r.u, r.v, z, slope, bend, length, error);
     }
-    const VI oneI = setI(1);
-    const MI outside = hn::Or(column > setI(s.lastColumn), row > setI(s.lastRow));
-    const MI unclear = hn::Or(c.hole, outside);
-    const MI dark = hn::AndNot(unclear, maskI(inCell.dark));
-    const MI passes = hn::AndNot(unclear, maskI(inCell.passes));
+    const MI outside = hn::Or(r.column > setI(s.lastColumn), r.row > setI(s.lastRow));
+    const MI clear = hn::AndNot(hn::Or(c.hole, outside), lanes);
+    const MI dark = hn::And(clear, maskI(inCell.dark));
+    const MI passes = hn::And(clear, maskI(inCell.passes));
 
     // On to the border that is nearer.
-    const VF across = hn::Min(hn::MulAdd(setF(s.shear), length, u), one);
-    SunStep now;
-    now.row = select(byRow, row + oneI, row);
-    now.column = select(byRow, column, column + oneI);
-    now.u = hn::IfThenElse(maskF(byRow), across, zero);
-    now.v = hn::IfThenElse(maskF(byRow), zero, hn::Min(v + length, one));
-    now.crossed = hn::IfThenElse(maskF(byRow), crossed + one, crossed);
-    now.start = start;
-    now.result = decide(s, now, active, byRow, passes, dark, z0, dz, error);
-    return now;
+    const MF byRowF = maskF(byRow);
+    const VF across = hn::Min(hn::MulAdd(setF(s.shear), length, r.u), one);
+    const VI oneI = setI(1);
+    r.row = select(byRow, r.row + oneI, r.row);
+    r.column = select(byRow, r.column, r.column + oneI);
+    r.u = hn::IfThenElse(byRowF, across, zero);
+    r.v = hn::IfThenElse(byRowF, zero, hn::Min(r.v + length, one));
+    r.crossed = hn::IfThenElse(byRowF, r.crossed + one, r.crossed);
+    SunStep step = decide(s, r, lanes, byRow, passes, dark);
+    step.dark = hn::Or(step.dark, caught);
+    step.undecided = hn::Or(step.undecided, rim);
+    return step;
 }
 
-/// Writes the masked lanes of a packet to a block, one behind the other.
-HWY_INLINE void pack(const ShadowBlock& from, size_t p, const SunStep& step, VI source, MI lanes,
-                     ShadowBlock& to, size_t at) {
+/// Adds the masked lanes of a packet to a block, one behind the other.
+HWY_INLINE void append(const SunPacket& r, MI lanes, ShadowBlock& to, size_t at) {
     const MF lanesF = maskF(lanes);
     const auto putI = [&](VI v, int32_t* out) {
         hn::StoreU(hn::Compress(v, lanes), DI(), out + at);
@@ -268,81 +309,139 @@ HWY_INLINE void pack(const ShadowBlock& from, size_t p, const SunStep& step, VI 
     const auto putF = [&](VF v, float* out) {
         hn::StoreU(hn::Compress(v, lanesF), DF(), out + at);
     };
-    const VF z = loadF(from.z + p), dz = loadF(from.dz + p);
-    putI(step.column, to.column);
-    putI(step.row, to.row);
-    putF(step.u, to.u);
-    putF(step.v, to.v);
-    putF(z, to.z);
-    putF(dz, to.dz);
-    putF(step.crossed, to.crossed);
-    putF(step.start, to.start);
-    putI(source, to.source);
-    putI(step.result, to.result);
+    putI(r.column, to.column);
+    putI(r.row, to.row);
+    putF(r.u, to.u);
+    putF(r.v, to.v);
+    putF(r.z, to.z);
+    putF(r.dz, to.dz);
+    putF(r.crossed, to.crossed);
+    putF(r.start, to.start);
+    putI(r.source, to.source);
+    putI(r.bounds, to.bounds);
+}
+HWY_INLINE void appendSome(const SunPacket& r, MI lanes, ShadowBlock& to) {
+    if (hn::AllFalse(DI(), lanes)) return;
+    append(r, lanes, to, static_cast<size_t>(to.count));
+    to.count += static_cast<int>(hn::CountTrue(DI(), lanes));
+}
+
+/// Writes a verdict on the masked lanes.
+HWY_INLINE void finish(MI lanes, VI source, ShadowVerdict verdict, uint8_t* verdicts) {
+    if (hn::AllFalse(DI(), lanes)) return;
+    alignas(64) int32_t from[HWY_LANES(int32_t)];
+    const VI packed = hn::Compress(source, lanes);
+    hn::Store(packed, DI(), from);
+    const size_t count = hn::CountTrue(DI(), lanes);
+    for (size_t k = 0; k < count; ++k) verdicts[from[k]] = verdict;
 }
 
 template <bool kInt16>
-uint64_t walkAll(const SunLanes& s, int count, bool atHits, int32_t* results, ShadowBlock& leaving,
-                 int& leavingCount) {
-    constexpr size_t kLanes = HWY_LANES(float) < 16 ? HWY_LANES(float) : 16;
-    ShadowBlock& b = s.b;
-    auto left = static_cast<size_t>(count);
+int startAll(const SunLanes& s, uint32_t slot, const SunAsks& asks, int first, ShadowBlock& block,
+             ShadowLeaving& leaving, uint8_t* verdicts) {
+    const hn::Rebind<uint8_t, DI> bytes;
+    const size_t lanes = hn::Lanes(DI());
+    size_t rays = 0;
+    for (size_t p = 0; p < kSunAsks; p += lanes) {
+        const VI tile = loadI(reinterpret_cast<const int32_t*>(asks.tile) + p);
+        const MI active = hn::Eq(tile, setI(static_cast<int32_t>(slot)));
+        if (hn::AllFalse(DI(), active)) continue;
+        rays += hn::CountTrue(DI(), active);
+        const VI cell = loadI(asks.cell + p);
+        SunPacket r;
+        r.column = hn::And(cell, setI(kSlotCells - 1));
+        r.row = hn::ShiftRight<kTileLevels>(cell);
+        r.u = loadF(asks.u + p);
+        r.v = loadF(asks.v + p);
+        turnToSun(s, r.column, r.row, r.u, r.v);
+        r.z = loadF(asks.z + p) - setF(s.anchorZ);
+        r.dz = hn::MulAdd(
+            setF(s.risePerRow), hn::ConvertTo(DF(), r.row) + r.v,
+            hn::MulAdd(setF(s.risePerColumn), hn::ConvertTo(DF(), r.column) + r.u, setF(s.rise)));
+        r.crossed = hn::Zero(DF());
+        r.start = r.v;
+        r.source = hn::Iota(DI(), first + static_cast<int>(p));
+        r.bounds = setI(kNotAsked);
+        const SunStep step = stepShadows<kInt16, true>(s, r, active);
+        const VI verdict = hn::Or(hn::IfThenElseZero(step.dark, setI(kShadowDark)),
+                                  hn::IfThenElseZero(step.undecided, setI(kShadowUndecided)));
+        uint8_t* out = verdicts + static_cast<size_t>(first) + p;
+        hn::StoreU(hn::Or(hn::LoadU(bytes, out), hn::DemoteTo(bytes, verdict)), bytes, out);
+        appendSome(r, step.goesOn, block);
+        appendSome(r, step.ahead, leaving.ahead);
+        appendSome(r, step.aside, leaving.aside);
+    }
+    return static_cast<int>(rays);
+}
+
+template <bool kInt16>
+uint64_t walkAll(const SunLanes& s, int rest, ShadowBlock& b, ShadowLeaving& leaving,
+                 uint8_t* verdicts) {
+    const size_t lanes = hn::Lanes(DI());
+    auto left = static_cast<size_t>(b.count);
     uint64_t cells = 0;
-    for (int step = 0; left != 0; ++step) {
+    while (left > static_cast<size_t>(rest)) {
         cells += left;
         size_t on = 0;
-        for (size_t p = 0; p < left; p += kLanes) {
-            const MI active = hn::FirstN(DI(), left - p);
-            const SunStep now = step == 0 && atHits ? stepShadows<kInt16, true>(s, p, active)
-                                                    : stepShadows<kInt16, false>(s, p, active);
-            const VI source = loadI(b.source + p);
-            alignas(64) int32_t result[16], from[16];
-            hn::Store(now.result, DI(), result);
-            hn::Store(source, DI(), from);
-            const size_t lanes = left - p < kLanes ? left - p : kLanes;
-            for (size_t k = 0; k < lanes; ++k) results[from[k]] = result[k];
-            const MI goOn = hn::And(active, hn::Eq(now.result, hn::Zero(DI())));
-            const MI leave = hn::And(active, now.result > setI(kShadowUndecided));
-            if (!hn::AllFalse(DI(), leave)) {
-                pack(b, p, now, source, leave, leaving, static_cast<size_t>(leavingCount));
-                leavingCount += static_cast<int>(hn::CountTrue(DI(), leave));
-            }
+        for (size_t p = 0; p < left; p += lanes) {
+            SunPacket r{loadI(b.column + p),  loadI(b.row + p),   loadF(b.u + p),
+                        loadF(b.v + p),       loadF(b.z + p),     loadF(b.dz + p),
+                        loadF(b.crossed + p), loadF(b.start + p), loadI(b.source + p),
+                        loadI(b.bounds + p)};
+            const SunStep step = stepShadows<kInt16, false>(s, r, hn::FirstN(DI(), left - p));
+            finish(step.dark, r.source, kShadowDark, verdicts);
+            finish(step.undecided, r.source, kShadowUndecided, verdicts);
+            appendSome(r, step.ahead, leaving.ahead);
+            appendSome(r, step.aside, leaving.aside);
             // Never ahead of the packets that are still to be read.
-            pack(b, p, now, source, goOn, b, on);
-            on += hn::CountTrue(DI(), goOn);
+            append(r, step.goesOn, b, on);
+            on += hn::CountTrue(DI(), step.goesOn);
         }
         left = on;
-        if (step + 1 < kMostSteps) continue;
-        for (size_t k = 0; k < left; ++k) results[b.source[k]] = kShadowUndecided;
-        break;
     }
+    b.count = static_cast<int>(left);
     return cells;
 }
 
-uint64_t walkShadowLanes(const TerrainCut& cut, const SunSweep& sweep, const SweptTile& tile,
-                         ShadowBlock& b, int count, bool atHits, int32_t* results,
-                         ShadowBlock& leaving, int& leavingCount) {
+SunLanes lanesOf(const TerrainCut& cut, const SunSweep& sweep, const SweptTile& tile) {
     const SunAxes& axes = sweep.axes();
     const auto shear = static_cast<float>(axes.shear);
-    const SunLanes s{b,
-                     static_cast<const int32_t*>(tile.posts),
-                     reinterpret_cast<const int32_t*>(tile.entries),
-                     sweep.anchorZ(),
-                     tile.postsZ,
-                     tile.postsStep,
-                     sweep.codeZ(),
-                     sweep.codeStep(),
-                     shear,
-                     shear > 1e-20f ? 1.0f / shear : 1e20f,
-                     static_cast<float>(sweep.sun().bend) * tile.perRow * tile.perRow,
-                     tile.error,
-                     tile.columns - 1,
-                     tile.rows - 1,
-                     axes.transposed,
-                     axes.mirroredX,
-                     axes.mirroredY};
+    return {static_cast<const int32_t*>(tile.posts),
+            reinterpret_cast<const int32_t*>(tile.entries),
+            sweep.anchorZ(),
+            tile.postsZ,
+            tile.postsStep,
+            sweep.codeZ(),
+            sweep.codeStep(),
+            shear,
+            shear > 1e-20f ? 1.0f / shear : 1e20f,
+            static_cast<float>(sweep.sun().bend) * tile.perRow * tile.perRow,
+            tile.error,
+            tile.errorPerRow,
+            tile.rise,
+            tile.risePerColumn,
+            tile.risePerRow,
+            tile.columns - 1,
+            tile.rows - 1,
+            axes.transposed,
+            axes.mirroredX,
+            axes.mirroredY,
+            cut.hasHoles != 0};
+}
+
+int startShadowLanes(const TerrainCut& cut, const SunSweep& sweep, uint32_t slot,
+                     const SunAsks& asks, int first, ShadowBlock& block, ShadowLeaving& leaving,
+                     uint8_t* verdicts) {
+    const SunLanes s = lanesOf(cut, sweep, sweep.tile(slot));
+    const auto start = cut.format == 0 ? startAll<true> : startAll<false>;
+    return start(s, slot, asks, first, block, leaving, verdicts);
+}
+
+uint64_t walkShadowLanes(const TerrainCut& cut, const SunSweep& sweep, uint32_t slot, int rest,
+                         ShadowBlock& block, ShadowLeaving& leaving, uint8_t* verdicts) {
+    const SunLanes s = lanesOf(cut, sweep, sweep.tile(slot));
     const auto walk = cut.format == 0 ? walkAll<true> : walkAll<false>;
-    return walk(s, count, atHits, results, leaving, leavingCount);
+    return walk(s, rest, block, leaving, verdicts);
 }
 
 }  // namespace terray::simd::HWY_NAMESPACE

@@ -11,13 +11,18 @@
 #if HWY_ONCE
 namespace terray::simd {
 
+HWY_EXPORT(startShadowLanes);
 HWY_EXPORT(walkShadowLanes);
 
-uint64_t walkShadows(const TerrainCut& cut, const SunSweep& sweep, const SweptTile& tile,
-                     ShadowBlock& block, int count, bool atHits, int32_t* results,
-                     ShadowBlock& leaving, int& leavingCount) {
-    return HWY_DYNAMIC_DISPATCH(walkShadowLanes)(cut, sweep, tile, block, count, atHits, results,
-                                                 leaving, leavingCount);
+int startShadows(const TerrainCut& cut, const SunSweep& sweep, uint32_t slot, const SunAsks& asks,
+                 int first, ShadowBlock& block, ShadowLeaving& leaving, uint8_t* verdicts) {
+    return HWY_DYNAMIC_DISPATCH(startShadowLanes)(cut, sweep, slot, asks, first, block, leaving,
+                                                  verdicts);
+}
+
+uint64_t walkShadows(const TerrainCut& cut, const SunSweep& sweep, uint32_t slot, int rest,
+                     ShadowBlock& block, ShadowLeaving& leaving, uint8_t* verdicts) {
+    return HWY_DYNAMIC_DISPATCH(walkShadowLanes)(cut, sweep, slot, rest, block, leaving, verdicts);
 }
 
 }  // namespace terray::simd

@@ -12,43 +12,65 @@ namespace terray::simd {
 constexpr int kShadowRays = 256;
 constexpr int kShadowPad = 16;  ///< a whole packet of lanes may be read behind the last ray
 
-enum ShadowResult : int32_t {
-    kShadowGoesOn = 0,
+/// What is known of a ray: written for dark and undecided ones only.
+enum ShadowVerdict : uint8_t {
+    kShadowLit = 0,
     kShadowDark = 1,
-    kShadowLit = 2,
-    kShadowUndecided = 3,  ///< for another tracer
-    kShadowAhead = 4,      ///< leaves the tile through its far row
-    kShadowAside = 5,      ///< leaves the tile through its far column
+    kShadowUndecided = 2,  ///< for another tracer
 };
 
-/// Rays of one sun in one tile. Places are the tile's own at the hits, then in the sun's axes.
+/// A ray of one sun in one tile. Places are in the sun's axes.
+struct ShadowRay {
+    int32_t column, row;   ///< cell
+    float u, v;            ///< place in the cell
+    float z, dz;           ///< at the hit, relative to the anchor; metres a row
+    float crossed, start;  ///< rows crossed since the hit; its place in its row
+    int32_t source;        ///< whose ray this is
+};
+
 struct alignas(64) ShadowBlock {
     static constexpr int kSize = kShadowRays + kShadowPad;
-    int32_t column[kSize], row[kSize];   ///< cell: x, y at first
-    float u[kSize], v[kSize];            ///< place in the cell
-    float z[kSize], dz[kSize];           ///< at the hit, relative to the anchor; metres a row
-    float crossed[kSize], start[kSize];  ///< rows crossed since the hit; its place in its row
-    int32_t result[kSize];
-    int32_t source[kSize];  ///< whose ray this is
+    int32_t column[kSize], row[kSize];
+    float u[kSize], v[kSize];
+    float z[kSize], dz[kSize];
+    float crossed[kSize], start[kSize];
+    int32_t source[kSize];
+    int32_t bounds[kSize];  ///< what the bounds ahead say (shadow_lanes-inl.h); 0: not yet asked
+    int count = 0;
 
-    void copyRay(size_t to, const ShadowBlock& from, size_t k) {
-        column[to] = from.column[k];
-        row[to] = from.row[k];
-        u[to] = from.u[k];
-        v[to] = from.v[k];
-        z[to] = from.z[k];
-        dz[to] = from.dz[k];
-        crossed[to] = from.crossed[k];
-        start[to] = from.start[k];
-        source[to] = from.source[k];
+    ShadowRay ray(int k) const {
+        return {column[k], row[k], u[k], v[k], z[k], dz[k], crossed[k], start[k], source[k]};
+    }
+    void add(const ShadowRay& ray) {
+        const int k = count++;
+        column[k] = ray.column;
+        row[k] = ray.row;
+        u[k] = ray.u;
+        v[k] = ray.v;
+        z[k] = ray.z;
+        dz[k] = ray.dz;
+        crossed[k] = ray.crossed;
+        start[k] = ray.start;
+        source[k] = ray.source;
+        bounds[k] = 0;
     }
 };
 
-/// Walks the first `count` rays through a tile until each is decided or leaves: `results` by
-/// source. `atHits`: the rays stand at their hits, not at the entry of a cell. Those that leave are
-/// copied to the end of `leaving`. Returns the number of cells walked.
-uint64_t walkShadows(const TerrainCut& cut, const SunSweep& sweep, const SweptTile& tile,
-                     ShadowBlock& block, int count, bool atHits, int32_t* results,
-                     ShadowBlock& leaving, int& leavingCount);
+/// Rays that have come to the border of a tile: through its far row, through its far column.
+struct ShadowLeaving {
+    ShadowBlock ahead, aside;
+};
+
+/// Starts those of a batch whose hits lie in tile `slot`, and takes them through their hit's cell:
+/// verdicts of those that this decides, by number (the batch's first is `first`); the others are
+/// added to `block`, which has room for kSunAsks, or to `leaving`, which is empty. Returns how many
+/// there were.
+int startShadows(const TerrainCut& cut, const SunSweep& sweep, uint32_t slot, const SunAsks& asks,
+                 int first, ShadowBlock& block, ShadowLeaving& leaving, uint8_t* verdicts);
+
+/// Walks the rays of a block through tile `slot` until all but `rest` are decided or have left: the
+/// last few would leave most lanes idle. Returns the number of cells walked.
+uint64_t walkShadows(const TerrainCut& cut, const SunSweep& sweep, uint32_t slot, int rest,
+                     ShadowBlock& block, ShadowLeaving& leaving, uint8_t* verdicts);
 
 }  // namespace terray::simd

@@ -2,8 +2,12 @@
 // Shadow rays by a sun sweep: those that it serves go into lanes, the rest to `occluded`.
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
+#include "base/assert.h"
+#include "kernel/height.h"
+#include "kernel/ray_batch.h"
 #include "kernel/simd/shadow_lanes.h"
 #include "kernel/sweep/sun.h"
 
@@ -13,12 +17,13 @@ namespace {
 /// Rays for `occluded`, collected until there are enough for its packets.
 class CastList {
 public:
-    CastList(const TerrainCut& cut, std::span<uint8_t> dark, ShadowCounters& counters)
-        : cut_(cut), dark_(dark), counters_(counters) {}
+    CastList(const TerrainCut& cut, const SunDirection& sun, std::span<uint8_t> dark,
+             ShadowCounters& counters)
+        : cut_(cut), sun_(sun), dark_(dark), counters_(counters) {}
 
-    void add(const Hit& hit, const Ray& ray, size_t target) {
+    void add(const Hit& hit, float z, size_t target) {
         hits_[count_] = hit;
-        rays_[count_] = ray;
+        rays_[count_] = sunRay(cut_, sun_, hit, z);
         targets_[count_] = target;
         if (++count_ == kBatchRays) cast();
     }
@@ -34,6 +39,7 @@ public:
 
 private:
     const TerrainCut& cut_;
+    const SunDirection& sun_;
     std::span<uint8_t> dark_;
     ShadowCounters& counters_;
     std::array<Hit, kBatchRays> hits_;
@@ -42,141 +48,149 @@ private:
     size_t count_ = 0;
 };
 
-/// True if the ray leaves a place on the upper side of a swept tile's cell towards the sweep's sun.
-bool isServed(const TerrainCut& cut, const SunSweep& sweep, const Hit& hit, const Ray& ray) {
-    const SunDirection& sun = sweep.sun();
-    if (hit.flags != kHitValid || sweep.tile(hit.tile).posts == nullptr) return false;
-    if (ray.dx != sun.dx || ray.dy != sun.dy || ray.bend != sun.bend) return false;
-    if (ray.tMin != 0 || ray.tMax < 1e30) return false;
-    if (std::fabs(ray.dz - sun.slopeAt(ray.x, ray.y)) > sweep.slopeTolerance()) return false;
-    // Far above the ground a float of its height would be worse than the sweep's.
-    return ray.z <= static_cast<double>(cut.maxZ) + 1.0;
-}
-
-/// Rays that are walked together: up to kGroup at a time, tile by tile.
+/// Rays on their way: blocks of the tiles that were asked for last, and rays that have left theirs.
 class Walker {
 public:
-    Walker(const TerrainCut& cut, const SunSweep& sweep, ShadowCounters& counters)
-        : cut_(cut), sweep_(sweep), counters_(counters) {}
+    Walker(const TerrainCut& cut, const SunSweep& sweep, uint8_t* verdicts,
+           ShadowCounters& counters)
+        : cut_(cut), sweep_(sweep), verdicts_(verdicts), counters_(counters) {}
 
-    static constexpr size_t kGroup = 1024;
-
-    void start() {
-        results_.fill(simd::kShadowLit);
-        tileCount_ = 0;
-        count_ = 0;
+    /// Starts the rays of a batch, the first of which is number `first`.
+    void start(const SunAsks& asks, int first) {
+        std::array<uint32_t, kSunAsks> done;
+        size_t tiles = 0;
+        for (const uint32_t slot : asks.tile) {
+            if (slot == kNoSlot || (tiles > 0 && slot == done[tiles - 1])) continue;
+            const auto end = done.begin() + static_cast<ptrdiff_t>(tiles);
+            if (std::find(done.begin(), end, slot) != end) continue;
+            done[tiles++] = slot;
+            Open& open = blockOf(slot);
+            const int rays = simd::startShadows(cut_, sweep_, slot, asks, first, open.block,
+                                                leaving_, verdicts_);
+            counters_.rays += static_cast<uint64_t>(rays);
+            counters_.cells += static_cast<uint64_t>(rays);
+            passOn(slot);
+            if (open.block.count > simd::kShadowRays - kSunAsks) walk(slot, open.block, kRest);
+        }
+        if (roaming_.count > kRoamers - simd::kShadowRays) finishRoaming();
     }
-    void add(const Hit& hit, const Ray& ray, size_t source) {
-        if (count_ == 0 || hit.tile != tiles_[lastTile_].slot) lastTile_ = tileOf(hit.tile);
-        Queued& queued = rays_[count_];
-        queued = {&hit, &ray, static_cast<int32_t>(source), tiles_[lastTile_].first};
-        tiles_[lastTile_].first = static_cast<int32_t>(count_++);
-    }
-    /// Walks all rays; results by source.
-    const int32_t* walk() {
-        for (size_t n = 0; n < tileCount_; ++n) walkTile(tiles_[n]);
-        return results_.data();
+    void finish() {
+        for (Open& open : open_)
+            if (open.block.count > 0) walk(open.slot, open.block, 0);
+        finishRoaming();
     }
 
 private:
-    struct Queued {
-        const Hit* hit;
-        const Ray* ray;
-        int32_t source, next;
+    static constexpr int kRoamers = 4 * simd::kShadowRays;
+    static constexpr int kRest = 64;  ///< rays that wait in a block for others
+
+    struct Open {
+        uint32_t slot = kNoSlot;
+        simd::ShadowBlock block;
     };
-    struct TileList {
-        uint32_t slot;
-        int32_t first;
+    /// Rays that stand at the border of the tile that they go on in.
+    struct Roaming {
+        std::array<simd::ShadowRay, kRoamers> rays;
+        std::array<uint32_t, kRoamers> slots;
+        int count = 0;
     };
 
-    size_t tileOf(uint32_t slot) {
-        for (size_t n = 0; n < tileCount_; ++n)
-            if (tiles_[n].slot == slot) return n;
-        tiles_[tileCount_] = {slot, -1};
-        return tileCount_++;
+    Open& blockOf(uint32_t slot) {
+        for (Open& open : open_)
+            if (open.slot == slot) return open;
+        Open& open = open_[next_++ % open_.size()];
+        if (open.block.count > 0) walk(open.slot, open.block, 0);
+        open.slot = slot;
+        return open;
     }
-    void walkTile(const TileList& list) {
-        const SweptTile& tile = sweep_.tile(list.slot);
-        int count = 0;
-        for (int32_t k = list.first; k >= 0; k = rays_[static_cast<size_t>(k)].next) {
-            fillLane(tile, rays_[static_cast<size_t>(k)], static_cast<size_t>(count++));
-            if (count < simd::kShadowRays) continue;
-            walkBlock(list.slot, count, true);
-            count = 0;
-        }
-        if (count > 0) walkBlock(list.slot, count, true);
+    void walk(uint32_t slot, simd::ShadowBlock& block, int rest) {
+        if (roaming_.count > kRoamers - simd::kShadowRays) finishRoaming();
+        counters_.cells += simd::walkShadows(cut_, sweep_, slot, rest, block, leaving_, verdicts_);
+        passOn(slot);
     }
-    void fillLane(const SweptTile& tile, const Queued& queued, size_t k) {
-        const Hit& hit = *queued.hit;
-        block_.column[k] = static_cast<int32_t>(cellX(hit));
-        block_.row[k] = static_cast<int32_t>(cellY(hit));
-        block_.u[k] = hit.u;
-        block_.v[k] = hit.v;
-        block_.z[k] = static_cast<float>(queued.ray->z - static_cast<double>(sweep_.anchorZ()));
-        block_.dz[k] = static_cast<float>(queued.ray->dz) * tile.perRow;
-        block_.crossed[k] = 0.0f;
-        block_.source[k] = queued.source;
-    }
-    /// Walks the block through its tile, and then on through the tiles behind.
-    void walkBlock(uint32_t slot, int count, bool atHits);
+    /// Takes over what has left a tile.
+    void passOn(uint32_t slot);
+    /// Walks on tile by tile; there are never more rays than before.
+    void finishRoaming();
 
     const TerrainCut& cut_;
     const SunSweep& sweep_;
+    uint8_t* verdicts_;
     ShadowCounters& counters_;
-    simd::ShadowBlock block_;
-    std::array<Queued, kGroup> rays_;
-    std::array<TileList, kGroup> tiles_;
-    size_t tileCount_ = 0, count_ = 0, lastTile_ = 0;
-    std::array<int32_t, kGroup> results_;
+    std::array<Open, 4> open_;
+    size_t next_ = 0;
+    simd::ShadowLeaving leaving_;
+    simd::ShadowBlock through_;
+    Roaming roaming_;
 };
 
-void Walker::walkBlock(uint32_t slot, int count, bool atHits) {
-    simd::ShadowBlock leaving;
-    int leavingCount = 0;
+void Walker::passOn(uint32_t slot) {
     const SweptTile& tile = sweep_.tile(slot);
-    counters_.cells += simd::walkShadows(cut_, sweep_, tile, block_, count, atHits, results_.data(),
-                                         leaving, leavingCount);
-    for (const int32_t way : {simd::kShadowAhead, simd::kShadowAside}) {
-        const uint32_t next = way == simd::kShadowAhead ? tile.ahead : tile.aside;
-        int moved = 0;
-        for (int k = 0; k < leavingCount; ++k) {
-            const auto from = static_cast<size_t>(k);
-            if (leaving.result[k] != way) continue;
-            if (next == kBeyondTerrain || next == kUnlikeTile) {
-                results_[static_cast<size_t>(leaving.source[k])] =
-                    next == kBeyondTerrain ? simd::kShadowLit : simd::kShadowUndecided;
+    for (simd::ShadowBlock* block : {&leaving_.ahead, &leaving_.aside}) {
+        const bool ahead = block == &leaving_.ahead;
+        const uint32_t next = ahead ? tile.ahead : tile.aside;
+        for (int k = 0; k < block->count; ++k) {
+            simd::ShadowRay ray = block->ray(k);
+            if (next == kUnlikeTile) verdicts_[ray.source] = simd::kShadowUndecided;
+            if (next == kUnlikeTile || next == kBeyondTerrain) continue;
+            (ahead ? ray.row : ray.column) = 0;
+            const auto to = static_cast<size_t>(roaming_.count++);
+            roaming_.rays[to] = ray;
+            roaming_.slots[to] = next;
+        }
+        block->count = 0;
+    }
+}
+
+void Walker::finishRoaming() {
+    while (roaming_.count > 0) {
+        const uint32_t slot = roaming_.slots[static_cast<size_t>(roaming_.count - 1)];
+        int kept = 0;
+        for (int k = 0; k < roaming_.count; ++k) {
+            const auto from = static_cast<size_t>(k), to = static_cast<size_t>(kept);
+            if (roaming_.slots[from] == slot && through_.count < simd::kShadowRays) {
+                through_.add(roaming_.rays[from]);
                 continue;
             }
-            block_.copyRay(static_cast<size_t>(moved), leaving, from);
-            (way == simd::kShadowAhead ? block_.row : block_.column)[moved++] = 0;
+            roaming_.rays[to] = roaming_.rays[from];
+            roaming_.slots[to] = roaming_.slots[from];
+            ++kept;
         }
-        if (moved > 0) walkBlock(next, moved, false);
+        roaming_.count = kept;
+        counters_.cells += simd::walkShadows(cut_, sweep_, slot, 0, through_, leaving_, verdicts_);
+        passOn(slot);
     }
 }
 
 }  // namespace
 
+Ray sunRay(const TerrainCut& cut, const SunDirection& sun, const Hit& hit, float z) {
+    const LatticePlace place = hitPlace(cut, hit);
+    return sun.rayFrom(place.i, place.j, static_cast<double>(z));
+}
+
 void shadows(const TerrainCut& cut, const SunSweep& sweep, std::span<const Hit> hits,
-             std::span<const Ray> rays, std::span<uint8_t> dark, ShadowCounters& counters) {
-    Walker walker(cut, sweep, counters);
-    CastList rest(cut, dark, counters);
-    for (size_t first = 0; first < hits.size(); first += Walker::kGroup) {
-        const size_t end = std::min(hits.size(), first + Walker::kGroup);
-        walker.start();
-        for (size_t k = first; k < end; ++k) {
-            dark[k] = 0;
-            if (!isHit(hits[k])) continue;
+             std::span<const SunAsks> asks, std::span<uint8_t> dark, ShadowCounters& counters) {
+    TERRAY_ASSERT(dark.size() == asks.size() * kSunAsks);
+    TERRAY_ASSERT(hits.size() <= dark.size());
+    std::fill(dark.begin(), dark.end(), uint8_t{simd::kShadowLit});
+    Walker walker(cut, sweep, dark.data(), counters);
+    CastList rest(cut, sweep.sun(), dark, counters);
+    const auto cast = [&](size_t k) { rest.add(hits[k], asks[k / kSunAsks].z[k % kSunAsks], k); };
+    for (size_t n = 0; n < asks.size(); ++n) {
+        walker.start(asks[n], static_cast<int>(n) * kSunAsks);
+        for (uint64_t bits = asks[n].strange; bits != 0; bits &= bits - 1) {
             ++counters.rays;
-            if (isServed(cut, sweep, hits[k], rays[k]))
-                walker.add(hits[k], rays[k], k - first);
-            else
-                rest.add(hits[k], rays[k], k);
+            cast(n * kSunAsks + static_cast<size_t>(std::countr_zero(bits)));
         }
-        const int32_t* results = walker.walk();
-        for (size_t k = first; k < end; ++k) {
-            if (results[k - first] == simd::kShadowDark) dark[k] = 1;
-            if (results[k - first] == simd::kShadowUndecided) rest.add(hits[k], rays[k], k);
-        }
+    }
+    walker.finish();
+    for (size_t n = 0; n < asks.size(); ++n) {
+        const uint8_t* verdicts = dark.data() + n * kSunAsks;
+        uint8_t any = 0;
+        for (size_t k = 0; k < kSunAsks; ++k) any |= verdicts[k];
+        for (size_t k = 0; (any & simd::kShadowUndecided) != 0 && k < kSunAsks; ++k)
+            if (verdicts[k] == simd::kShadowUndecided) cast(n * kSunAsks + k);
     }
     rest.cast();
     for (const uint8_t d : dark) counters.dark += d;

@@ -274,12 +274,17 @@ void SunSweeper::describe(uint32_t n) {
     swept.perRow = static_cast<float>(std::ldexp(perRow_, tile.mip));
     swept.columns = static_cast<int32_t>(std::floor(tile.shape.columnsEnd));
     swept.rows = static_cast<int32_t>(std::floor(tile.shape.rowsEnd));
+    const double t = perRow_ * std::ldexp(1.0, tile.mip);
+    swept.rise = static_cast<float>(tile.shape.drop - sweep_.sun_.bend * t * t);
+    swept.risePerColumn = static_cast<float>(tile.shape.dropPerColumn);
+    swept.risePerRow = static_cast<float>(tile.shape.dropPerRow);
     // Heights: their roundings relative to the anchor, and of 16-bit posts to float. Places: a walk
-    // errs by less than 4e-6 cells, on either side of an edge.
+    // errs by less than 5e-7 cells a row, on either side of an edge.
     const float far = std::max(std::fabs(cut_.minZ), std::fabs(cut_.maxZ));
     const float rounding =
         simd::kFloatError * scale_.reach + (cut_.format == 0 ? 1.2e-7f * far : 0.0f);
-    swept.error = 6.0f * rounding + 8e-6f * desc.maxDelta;
+    swept.error = 6.0f * rounding + 2e-6f * desc.maxDelta;
+    swept.errorPerRow = 1e-6f * desc.maxDelta;
 }
 
 void SunSweeper::prepare() {

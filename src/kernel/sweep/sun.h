@@ -3,6 +3,7 @@
 // a ray may cross a row of posts, the height above which it is free and below which it is caught.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -39,8 +40,11 @@ struct SweptTile {
     const void* posts = nullptr;  ///< null: not swept
     const uint32_t* entries = nullptr;
     float postsZ = 0, postsStep = 0;  ///< heights relative to the sweep's anchor
-    float error = 0;                  ///< height error of a float ray and a cell, metres
     float perRow = 0;                 ///< t from row to row
+    float error = 0;                  ///< height error of a float ray and a cell, metres
+    float errorPerRow = 0;            ///< what a row's way adds to it
+    float rise = 0, risePerColumn = 0,
+          risePerRow = 0;           ///< of a ray, metres a row, in the sun's axes
     int32_t columns = 0, rows = 0;  ///< cells up to which a walk may go: whole cells of the terrain
     /// Who goes on in the tile of the same mip behind the far row or column: its slot, or one of
     /// the two below.
@@ -109,6 +113,38 @@ inline float firstStrip(float shear, float row) { return std::floor(-(shear * ro
 /// Slots of the drawn tiles of a cut, in the order of the directory.
 std::vector<uint32_t> drawnSlots(const TerrainCut& cut);
 
+/// Places on the ground that ask whether the sun reaches them: those of kSunAsks hits that stand
+/// side by side, one array a quantity.
+constexpr int kSunAsks = 64;
+struct alignas(64) SunAsks {
+    uint32_t tile[kSunAsks];  ///< of the hit; kNoSlot: does not ask
+    int32_t cell[kSunAsks];
+    float u[kSunAsks], v[kSunAsks];
+    float z[kSunAsks];  ///< true metres
+    uint64_t strange =
+        0;  ///< bits of hits, from below or on walls, that ask though tile is kNoSlot
+
+    void clear() {
+        std::fill_n(tile, kSunAsks, kNoSlot);
+        strange = 0;
+    }
+    bool asks(int k) const { return tile[k] != kNoSlot || (strange >> k & 1) != 0; }
+    void withdraw(int k) {
+        tile[k] = kNoSlot;
+        strange &= ~(uint64_t{1} << k);
+    }
+    /// A hit asks, from height z.
+    void ask(int k, const Hit& hit, float height) {
+        const bool plain = hit.flags == kHitValid;
+        tile[k] = plain ? hit.tile : kNoSlot;
+        cell[k] = static_cast<int32_t>(hit.cell);
+        u[k] = hit.u;
+        v[k] = hit.v;
+        z[k] = height;
+        if (!plain) strange |= uint64_t{1} << k;
+    }
+};
+
 /// Shadow counters: how rays were decided.
 struct ShadowCounters {
     uint64_t rays = 0;
@@ -118,9 +154,12 @@ struct ShadowCounters {
     TraceCounters traced;  ///< of those
 };
 
-/// dark[k] = 1 exactly where `occluded` says so, for rays that leave `hits[k]` towards the sweep's
-/// sun. Rays of another sun are cast.
+/// The ray of a hit to a sun, from height z.
+Ray sunRay(const TerrainCut& cut, const SunDirection& sun, const Hit& hit, float z);
+
+/// dark[k] = 1 exactly where `occluded` says so of the ray sunRay(hits[k], z) to the sweep's sun,
+/// for all that ask; else 0. `dark`: kSunAsks for each of `asks`.
 void shadows(const TerrainCut& cut, const SunSweep& sweep, std::span<const Hit> hits,
-             std::span<const Ray> rays, std::span<uint8_t> dark, ShadowCounters& counters);
+             std::span<const SunAsks> asks, std::span<uint8_t> dark, ShadowCounters& counters);
 
 }  // namespace terray
