@@ -74,7 +74,7 @@ public:
             sum.trace.beams += w.figures.trace.beams;
             sum.shade.shadowRays += w.figures.shade.shadowRays;
             sum.shade.shadowMs += w.figures.shade.shadowMs;
-            sum.displayMs += w.figures.displayMs;
+            sum.displayMs += w.figures.displayMs + w.figures.shade.displayMs;
             sum.traceMs += w.figures.traceMs;
             sum.shadeMs += w.figures.shadeMs;
         }
@@ -94,9 +94,11 @@ private:
         worker.hits.resize(tile.pixelCount());
         bool haveCentres = false;
         if (demand_.picture()) {
-            castAndShade(tile, worker);
             haveCentres = frame_.options.samples == 1;
-            resolve(tile, worker, band);
+            if (haveCentres && !demand_.linear)
+                castAndShow(tile, worker, band);
+            else
+                castAndShade(tile, worker, band);
         }
         if (demand_.aovs.empty()) return;
         if (!haveCentres) cast(tile, Vec2{0.5, 0.5}, worker);
@@ -110,29 +112,48 @@ private:
         worker.figures.traceMs += watch.elapsedMs();
     }
 
-    /// A few rows at a time: what shading keeps of a pixel is many times its hit.
-    void shade(const ImageTile& tile, Vec2 offset, float weight, Worker& worker) const {
+    /// Calls shade(part, its hits, its first pixel) for a few rows at a time: what shading keeps of
+    /// a pixel is many times its hit.
+    template <class Shade>
+    void eachPart(const ImageTile& tile, Worker& worker, const Shade& shade) const {
+        const CpuStopwatch watch;
         constexpr int kRows = 32;
         for (int row = 0; row < tile.height; row += kRows) {
             const ImageTile part{tile.x, tile.y + row, tile.width,
                                  std::min(kRows, tile.height - row)};
             const size_t first = static_cast<size_t>(row) * static_cast<size_t>(tile.width);
-            frame_.shader->shadeTile(
-                part, offset, std::span(worker.hits).subspan(first, part.pixelCount()), weight,
-                std::span(worker.sum).subspan(first, part.pixelCount()), worker.figures.shade);
+            shade(part, std::span<const Hit>(worker.hits).subspan(first, part.pixelCount()), first);
         }
+        worker.figures.shadeMs += watch.elapsedMs();
     }
 
-    void castAndShade(const ImageTile& tile, Worker& worker) const {
+    /// One sample a pixel, and nothing but the display wants it.
+    void castAndShow(const ImageTile& tile, Worker& worker, Band& band) const {
+        const Vec2 offset = samplePattern(1)[0];
+        cast(tile, offset, worker);
+        worker.display.resize(tile.pixelCount() * 4);
+        eachPart(tile, worker, [&](const ImageTile& part, auto hits, size_t first) {
+            frame_.shader->showTile(
+                part, offset, hits,
+                std::span(worker.display).subspan(4 * first, 4 * part.pixelCount()),
+                worker.figures.shade);
+        });
+        copyTile(tile, band.firstRow, frame_.camera().width, 4, worker.display, band.display);
+    }
+
+    void castAndShade(const ImageTile& tile, Worker& worker, Band& band) const {
         const std::span<const Vec2> pattern = samplePattern(frame_.options.samples);
         const float weight = 1.0f / static_cast<float>(pattern.size());
         worker.sum.assign(tile.pixelCount(), Colour{});
         for (const Vec2 offset : pattern) {
             cast(tile, offset, worker);
-            const CpuStopwatch watch;
-            shade(tile, offset, weight, worker);
-            worker.figures.shadeMs += watch.elapsedMs();
+            eachPart(tile, worker, [&](const ImageTile& part, auto hits, size_t first) {
+                frame_.shader->shadeTile(part, offset, hits, weight,
+                                         std::span(worker.sum).subspan(first, part.pixelCount()),
+                                         worker.figures.shade);
+            });
         }
+        resolve(tile, worker, band);
     }
 
     void resolve(const ImageTile& tile, Worker& worker, Band& band) const {

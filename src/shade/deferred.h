@@ -55,6 +55,8 @@ public:
 
     void shadeTile(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits, float weight,
                    std::span<Colour> sum, ShadeCounters& counters) const override;
+    void showTile(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
+                  std::span<uint8_t> rgba, ShadeCounters& counters) const override;
     void toDisplay(std::span<const Colour> in, std::span<uint8_t> out) const override {
         display_->apply(in, out);
     }
@@ -74,8 +76,9 @@ private:
     };
 
     // shade_lit.cpp
-    void shadeLit(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits, float weight,
-                  std::span<Colour> sum, ShadeCounters& counters) const;
+    /// Light and shadow of a tile's pixels, batch by batch.
+    const Scratch& shadeLit(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
+                            ShadeCounters& counters) const;
     void shadeBatch(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits, size_t first,
                     Scratch& scratch) const;
     void lightAndAsk(const BatchHits& batch, std::span<const Hit> hits, const GroundBatch& ground,

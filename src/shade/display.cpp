@@ -28,51 +28,81 @@ const DisplayCurve& DisplayCurve::forPictures(bool shoulder) {
     return kFlat;
 }
 
-namespace {
-
-constexpr size_t kPixels = 64;
-
 /// Table places of pixels, and their alpha.
-struct Places {
-    int32_t r[kPixels], g[kPixels], b[kPixels], a[kPixels];
+struct DisplayPlaces {
+    int32_t r[kBatch], g[kBatch], b[kBatch], a[kBatch];
 };
 
-TERRAY_SIMD_CLONES
-void placeColours(const Colour* in, size_t count, float perScene, float last, Places& places) {
-    const auto place = [=](float scene) {
+namespace {
+
+/// Places of scene values in a table.
+struct Scale {
+    float perScene, last;
+    int32_t place(float scene) const {
         float x = scene * perScene;
         x = x > 0.0f ? x : 0.0f;
         x = x < last ? x : last;
         return static_cast<int32_t>(x + 0.5f);
-    };
-    for (size_t k = 0; k < count; ++k) {
+    }
+};
+
+TERRAY_SIMD_CLONES
+void placeColours(const Colour* in, int count, Scale scale, DisplayPlaces& places) {
+    for (int k = 0; k < count; ++k) {
         const float alpha = in[k].a;
         const float straight = alpha > 0 ? 1.0f / alpha : 0.0f;
-        places.r[k] = place(in[k].r * straight);
-        places.g[k] = place(in[k].g * straight);
-        places.b[k] = place(in[k].b * straight);
+        places.r[k] = scale.place(in[k].r * straight);
+        places.g[k] = scale.place(in[k].g * straight);
+        places.b[k] = scale.place(in[k].b * straight);
         const float kept = alpha > 0 ? alpha : 0.0f;
         places.a[k] = static_cast<int32_t>((kept < 1.0f ? kept : 1.0f) * 255.0f + 0.5f);
     }
 }
 
+/// Pixels that are not there are black as they come.
+TERRAY_SIMD_CLONES
+void placeLit(const LitBatch& lit, const uint8_t* dark, int count, Scale scale,
+              DisplayPlaces& places) {
+    for (int k = 0; k < count; ++k) {
+        const float sunlit = 1.0f - static_cast<float>(dark[k]);
+        places.r[k] = scale.place(lit.always.r[k] + sunlit * lit.sun.r[k]);
+        places.g[k] = scale.place(lit.always.g[k] + sunlit * lit.sun.g[k]);
+        places.b[k] = scale.place(lit.always.b[k] + sunlit * lit.sun.b[k]);
+        places.a[k] = lit.alpha[k] > 0 ? 255 : 0;
+    }
+}
+
 }  // namespace
+
+void DisplayCurve::lookUp(const DisplayPlaces& places, std::span<uint8_t> out) const {
+    const auto count = static_cast<int>(out.size() / 4);
+    uint8_t* pixel = out.data();
+    for (int k = 0; k < count; ++k, pixel += 4) {
+        pixel[0] = codes_[static_cast<size_t>(places.r[k])];
+        pixel[1] = codes_[static_cast<size_t>(places.g[k])];
+        pixel[2] = codes_[static_cast<size_t>(places.b[k])];
+        pixel[3] = static_cast<uint8_t>(places.a[k]);
+    }
+}
 
 void DisplayCurve::apply(std::span<const Colour> in, std::span<uint8_t> out) const {
     TERRAY_ASSERT(out.size() == in.size() * 4);
-    Places places;
-    for (size_t first = 0; first < in.size(); first += kPixels) {
-        const size_t count = std::min(kPixels, in.size() - first);
-        placeColours(&in[first], count, static_cast<float>(kSize) / kMost,
-                     static_cast<float>(kSize), places);
-        uint8_t* pixel = &out[4 * first];
-        for (size_t k = 0; k < count; ++k, pixel += 4) {
-            pixel[0] = codes_[static_cast<size_t>(places.r[k])];
-            pixel[1] = codes_[static_cast<size_t>(places.g[k])];
-            pixel[2] = codes_[static_cast<size_t>(places.b[k])];
-            pixel[3] = static_cast<uint8_t>(places.a[k]);
-        }
+    DisplayPlaces places;
+    for (size_t first = 0; first < in.size(); first += kBatch) {
+        const size_t count = std::min<size_t>(kBatch, in.size() - first);
+        placeColours(&in[first], static_cast<int>(count),
+                     Scale{static_cast<float>(kSize) / kMost, static_cast<float>(kSize)}, places);
+        lookUp(places, out.subspan(4 * first, 4 * count));
     }
+}
+
+void DisplayCurve::show(const LitBatch& lit, std::span<const uint8_t> dark,
+                        std::span<uint8_t> out) const {
+    TERRAY_ASSERT(out.size() == dark.size() * 4 && dark.size() <= kBatch);
+    DisplayPlaces places;
+    placeLit(lit, dark.data(), static_cast<int>(dark.size()),
+             Scale{static_cast<float>(kSize) / kMost, static_cast<float>(kSize)}, places);
+    lookUp(places, out);
 }
 
 }  // namespace terray

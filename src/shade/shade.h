@@ -41,7 +41,8 @@ struct ShadeSettings {
 
 struct ShadeCounters {
     uint64_t shadowRays = 0;
-    double shadowMs = 0;  ///< casting them, in lit pictures
+    double shadowMs = 0;   ///< casting them, in lit pictures
+    double displayMs = 0;  ///< to 8 bits, where that is part of shading
 };
 
 class HeightRamp;
@@ -62,6 +63,10 @@ public:
     /// sample's.
     virtual void shadeTile(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
                            float weight, std::span<Colour> sum, ShadeCounters& counters) const = 0;
+
+    /// Pixels of one sample each, straight to the 8 bits that toDisplay() would give them.
+    virtual void showTile(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
+                          std::span<uint8_t> rgba, ShadeCounters& counters) const = 0;
 
     /// Scene-linear to display: soft filmic shoulder, sRGB, straight alpha; 8 bit.
     /// `out` has 4 bytes a pixel. Inspection modes (normal, mip, ...) pass through without the

@@ -67,8 +67,9 @@ void DeferredShader::castShadows(const SunDirection& toSun, std::span<const Hit>
     counters.shadowRays += traced.rays;
 }
 
-void DeferredShader::shadeLit(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
-                              float weight, std::span<Colour> sum, ShadeCounters& counters) const {
+const DeferredShader::Scratch& DeferredShader::shadeLit(const ImageTile& tile, Vec2 offset,
+                                                        std::span<const Hit> hits,
+                                                        ShadeCounters& counters) const {
     thread_local Scratch scratch;
     if (plinth_) {
         cutOverhang(tile, offset, hits, scratch.carried);
@@ -86,11 +87,7 @@ void DeferredShader::shadeLit(const ImageTile& tile, Vec2 offset, std::span<cons
     } else {
         std::fill(scratch.dark.begin(), scratch.dark.end(), uint8_t{0});
     }
-    for (size_t first = 0; first < hits.size(); first += kBatch) {
-        const size_t count = std::min<size_t>(kBatch, hits.size() - first);
-        addBatch(scratch.lit[first / kBatch], std::span(scratch.dark).subspan(first, count), weight,
-                 sum.subspan(first, count));
-    }
+    return scratch;
 }
 
 void DeferredShader::shadeBatch(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/stopwatch.h"
 #include "shade/deferred.h"
 #include "shade/modes.h"
 #include "shade/ramp_builtin.h"
@@ -115,10 +116,34 @@ Result<void> DeferredShader::prepare(ShadeCache& cache) {
 
 void DeferredShader::shadeTile(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
                                float weight, std::span<Colour> sum, ShadeCounters& counters) const {
-    if (isLit(settings_.shading))
-        shadeLit(tile, offset, hits, weight, sum, counters);
-    else
+    if (!isLit(settings_.shading)) {
         shadeFlat(tile, offset, hits, weight, sum, counters);
+        return;
+    }
+    const Scratch& shaded = shadeLit(tile, offset, hits, counters);
+    for (size_t first = 0; first < hits.size(); first += kBatch) {
+        const size_t count = std::min<size_t>(kBatch, hits.size() - first);
+        addBatch(shaded.lit[first / kBatch], std::span(shaded.dark).subspan(first, count), weight,
+                 sum.subspan(first, count));
+    }
+}
+
+void DeferredShader::showTile(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
+                              std::span<uint8_t> rgba, ShadeCounters& counters) const {
+    if (!isLit(settings_.shading)) {
+        std::vector<Colour> sum(hits.size());
+        shadeFlat(tile, offset, hits, 1.0f, sum, counters);
+        toDisplay(sum, rgba);
+        return;
+    }
+    const Scratch& shaded = shadeLit(tile, offset, hits, counters);
+    const CpuStopwatch watch;
+    for (size_t first = 0; first < hits.size(); first += kBatch) {
+        const size_t count = std::min<size_t>(kBatch, hits.size() - first);
+        display_->show(shaded.lit[first / kBatch], std::span(shaded.dark).subspan(first, count),
+                       rgba.subspan(4 * first, 4 * count));
+    }
+    counters.displayMs += watch.elapsedMs();
 }
 
 Colour DeferredShader::missColour(const glm::vec3& view) const {

@@ -8,7 +8,8 @@
 namespace terray::rules {
 
 inline float smoothStep(float from, float to, float v) {
-    const float x = std::clamp((v - from) / (to - from), 0.0f, 1.0f);
+    const float perUnit = 1.0f / (to - from);  // of constants, mostly
+    const float x = std::clamp((v - from) * perUnit, 0.0f, 1.0f);
     return x * x * (3.0f - 2.0f * x);
 }
 

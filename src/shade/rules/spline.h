@@ -11,8 +11,9 @@ struct SplineWeights {
 
 inline SplineWeights splineWeights(float f) {
     const float g = 1.0f - f, f2 = f * f, f3 = f2 * f;
-    return {{g * g * g / 6.0f, (3.0f * f3 - 6.0f * f2 + 4.0f) / 6.0f,
-             (-3.0f * f3 + 3.0f * f2 + 3.0f * f + 1.0f) / 6.0f, f3 / 6.0f},
+    constexpr float kSixth = 1.0f / 6.0f;
+    return {{g * g * g * kSixth, (3.0f * f3 - 6.0f * f2 + 4.0f) * kSixth,
+             (-3.0f * f3 + 3.0f * f2 + 3.0f * f + 1.0f) * kSixth, f3 * kSixth},
             {-0.5f * g * g, 0.5f * (3.0f * f2 - 4.0f * f), 0.5f * (-3.0f * f2 + 2.0f * f + 1.0f),
              0.5f * f2}};
 }
