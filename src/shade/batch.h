@@ -26,6 +26,13 @@ struct Floats2 {
 struct Floats3 {
     Floats x, y, z;
 };
+/// Places on the mip-0 lattice: (x + dx, y + dy), the whole part anywhere before it.
+struct Places {
+    Ints x, y;
+    Floats dx, dy;
+    double i(int k) const { return static_cast<double>(x[k]) + static_cast<double>(dx[k]); }
+    double j(int k) const { return static_cast<double>(y[k]) + static_cast<double>(dy[k]); }
+};
 /// Colours, linear light.
 struct FloatsRgb {
     Floats r, g, b;

@@ -34,12 +34,23 @@ TEST(Rules, ExponentialIsTheLibrarys) {
     EXPECT_LT(rules::expOf(-1e9f), 1e-37f);
 }
 
+/// A place in a cell of a mip, as hits give it: u may be 1.
+void setPlace(Places& places, int k, double i, double j, int mip) {
+    const int cell = 1 << mip;
+    places.x[k] = static_cast<int32_t>(i) / cell * cell;
+    places.y[k] = static_cast<int32_t>(j) / cell * cell;
+    if (k % 3 == 0 && i == 1099) places.x[k] -= cell;
+    places.dx[k] = static_cast<float>(i - places.x[k]);
+    places.dy[k] = static_cast<float>(j - places.y[k]);
+}
+
 /// Places of a batch over a terrain of 1100 x 700 posts: anywhere, beside tile borders, at the rim.
-void randomPlaces(std::mt19937& random, Doubles& i, Doubles& j, Floats& footprint) {
+void randomPlaces(std::mt19937& random, Places& places, Floats& footprint) {
     std::uniform_real_distribution<double> x(0, 1099), y(0, 699), near(-2, 2), width(-2, 6);
     for (int k = 0; k < kBatch; ++k) {
-        i[k] = k % 4 == 1 ? 512 + near(random) : k % 16 == 2 ? 1099 : x(random);
-        j[k] = k % 4 == 3 ? 512 + near(random) : k % 16 == 6 ? 0 : y(random);
+        const double i = k % 4 == 1 ? 512 + near(random) : k % 16 == 2 ? 1099 : x(random);
+        const double j = k % 4 == 3 ? 512 + near(random) : k % 16 == 6 ? 0 : y(random);
+        setPlace(places, k, i, j, k % 5);
         footprint[k] = static_cast<float>(std::exp2(width(random)));
     }
 }
@@ -52,19 +63,19 @@ TEST(Batch, GradientsEqualThoseOnePlaceAtATime) {
         const FilteredGradient filtered(cut.cut(), {1100, 700});
         std::mt19937 random(4);
         for (int round = 0; round < 60; ++round) {
-            Doubles i, j;
+            Places places;
             Floats footprint;
             Floats2 gradient;
-            randomPlaces(random, i, j, footprint);
-            i[0] = 299.5, j[0] = 299.5;  // a cell that is a hole
+            randomPlaces(random, places, footprint);
+            setPlace(places, 0, 299.5, 299.5, 0);  // a cell that is a hole
             for (int k = 0; k < kBatch; ++k) gradient.x[k] = gradient.y[k] = 7;
-            filtered.at(i, j, footprint, gradient);
+            filtered.at(places, footprint, gradient);
             for (int k = 0; k < kBatch; ++k) {
                 glm::vec2 one{7, 7};
-                filtered.at(i[k], j[k], footprint[k], one);
+                filtered.at(places.i(k), places.j(k), footprint[k], one);
                 const float slack = 1e-4f * (1 + glm::length(one));
-                EXPECT_NEAR(gradient.x[k], one.x, slack) << i[k] << " " << j[k];
-                EXPECT_NEAR(gradient.y[k], one.y, slack) << i[k] << " " << j[k];
+                EXPECT_NEAR(gradient.x[k], one.x, slack) << places.i(k) << " " << places.j(k);
+                EXPECT_NEAR(gradient.y[k], one.y, slack) << places.i(k) << " " << places.j(k);
             }
         }
     }
@@ -76,12 +87,12 @@ TEST(Batch, SkyLightEqualsThatOfOnePlace) {
     const SkyLight sky(makeOverview(cut.cut(), {1100, 700}, 400'000), map, 1.5);
     std::mt19937 random(5);
     for (int round = 0; round < 40; ++round) {
-        Doubles i, j;
+        Places places;
         Floats footprint, open;
-        randomPlaces(random, i, j, footprint);
-        sky.at(i, j, footprint, open);
+        randomPlaces(random, places, footprint);
+        sky.at(places, footprint, open);
         for (int k = 0; k < kBatch; ++k)
-            EXPECT_NEAR(open[k], sky.at(i[k], j[k], footprint[k]), 1e-6f);
+            EXPECT_NEAR(open[k], sky.at(places.i(k), places.j(k), footprint[k]), 1e-6f);
     }
 }
 
@@ -119,20 +130,20 @@ TEST(Batch, GroundStandsWhereTheHitIs) {
     size_t seen = 0;
     for (size_t first = 0; first < hits.size(); first += kBatch) {
         const std::span<const Hit> all(hits);
-        const BatchHits batch(all.subspan(first, kBatch));
+        const HitBatch batch(all.subspan(first, kBatch));
         if (!batch.some) continue;
         ViewBatch view;
         GroundBatch ground;
         view.setPixels(scene.rays.camera(), scene.tile(), {0.5, 0.5}, first);
         sampler.lookThrough(view);
-        sampler.at(batch.hits, view, ground);
+        sampler.at(batch, view, ground);
         for (int k = 0; k < kBatch; ++k) {
             const Hit& hit = hits[first + static_cast<size_t>(k)];
             if (!isHit(hit)) continue;
             ++seen;
             const LatticePlace place = hitPlace(scene.cut.cut(), hit);
-            EXPECT_EQ(ground.i[k], place.i);
-            EXPECT_EQ(ground.j[k], place.j);
+            EXPECT_EQ(ground.place.i(k), place.i);
+            EXPECT_EQ(ground.place.j(k), place.j);
             EXPECT_NEAR(ground.height[k], hitHeight(scene.cut.cut(), hit), 1e-3);
             const glm::vec3 look =
                 sampler.viewAt(static_cast<double>(k) + 0.5, static_cast<double>(first / 64) + 0.5);

@@ -24,27 +24,6 @@
 
 namespace terray {
 
-/// The valid hits of a batch; where there is none, one of the others stands in.
-struct BatchHits {
-    std::array<Hit, kBatch> own;
-    std::span<const Hit> hits;
-    bool some = false, all = true;
-
-    explicit BatchHits(std::span<const Hit> given) {
-        const Hit* spare = nullptr;
-        for (const Hit& hit : given) {
-            if (isHit(hit)) spare = &hit;
-            all &= isHit(hit);
-        }
-        some = spare != nullptr;
-        hits = given;
-        if (!some || (all && given.size() == kBatch)) return;
-        for (size_t k = 0; k < kBatch; ++k)
-            own[k] = k < given.size() && isHit(given[k]) ? given[k] : *spare;
-        hits = own;
-    }
-};
-
 /// Made by Shader::make. const-shared: shading keeps its scratch per thread.
 class DeferredShader final : public Shader {
 public:
@@ -81,11 +60,12 @@ private:
                             ShadeCounters& counters) const;
     void shadeBatch(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits, size_t first,
                     Scratch& scratch) const;
-    void lightAndAsk(const BatchHits& batch, std::span<const Hit> hits, const GroundBatch& ground,
-                     LitBatch& lit, SunAsks& asks) const;
-    void colourBatch(std::span<const Hit> hits, const GroundBatch& ground, const LightBatch& light,
+    void lightAndAsk(const HitBatch& hits, const GroundBatch& ground, LitBatch& lit,
+                     SunAsks& asks) const;
+    void colourBatch(const HitBatch& hits, const GroundBatch& ground, const LightBatch& light,
                      LitBatch& lit) const;
-    void storeMisses(std::span<const Hit> hits, const ViewBatch& view, LitBatch& lit) const;
+    void storeMisses(const HitBatch& hits, size_t count, const ViewBatch& view,
+                     LitBatch& lit) const;
     static void setPixel(LitBatch& lit, size_t k, const Colour& colour);
     void addPlinth(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
                    Scratch& scratch) const;
@@ -94,7 +74,7 @@ private:
     void rampBatch(const GroundBatch& ground, FloatsRgb& albedo) const;
     void photoBatch(const GroundBatch& ground, FloatsRgb& own, FloatsRgb& albedo) const;
     void contourBatch(const GroundBatch& ground, Floats& cover) const;
-    float gridCover(const Hit& hit, const GroundBatch& ground, int k) const;
+    float gridCover(const HitBatch& hits, const GroundBatch& ground, int k) const;
     /// Fills scratch.dark: by a sun sweep where that pays, else ray by ray.
     void findShadows(Vec2 offset, std::span<const Hit> hits, Scratch& scratch,
                      ShadeCounters& counters) const;

@@ -17,18 +17,22 @@
 namespace terray {
 namespace {
 
-/// What is read of hits and tiles, before any arithmetic.
+/// What is read of tiles, before any arithmetic.
 struct Fetched {
-    Ints cell, mip, tileX, tileY;
+    Ints tileX, tileY;
+    Ints post;                    ///< of the cell's first post in its tile
     Lanes<uint32_t> top, bottom;  ///< two neighbouring codes each, the first in the low half
 };
 
 TERRAY_SIMD_CLONES
-void placeCells(const Fetched& f, CellBatch& c) {
+void placeCells(const HitBatch& h, Fetched& f, CellBatch& c) {
     for (int k = 0; k < kBatch; ++k) {
-        c.x[k] = f.tileX[k] + ((f.cell[k] & (kSlotCells - 1)) << f.mip[k]);
-        c.y[k] = f.tileY[k] + ((f.cell[k] >> kTileLevels) << f.mip[k]);
-        c.size[k] = std::bit_cast<float>((127 + f.mip[k]) << 23);
+        const int32_t column = h.cell[k] & (kSlotCells - 1), row = h.cell[k] >> kTileLevels;
+        c.x[k] = f.tileX[k] + (column << h.mip[k]);
+        c.y[k] = f.tileY[k] + (row << h.mip[k]);
+        c.size[k] = std::bit_cast<float>((127 + h.mip[k]) << 23);
+        c.perSize[k] = std::bit_cast<float>((127 - h.mip[k]) << 23);
+        f.post[k] = row * kPostStride + column;
     }
 }
 
@@ -44,41 +48,45 @@ void splitCodes(const Fetched& f, CellBatch& c) {
     }
 }
 
-void fetchPosts(const TerrainCut& cut, uint64_t tilePosts, int k, Fetched& f, CellBatch& c) {
-    const auto cell = static_cast<uint32_t>(f.cell[k]);
-    const uint64_t first =
-        tilePosts + uint64_t{cell >> kTileLevels} * kPostStride + (cell & (kSlotCells - 1));
-    if (cut.format == 1) {
-        const float* posts = static_cast<const float*>(cut.posts) + first;
+/// The posts of lanes [begin, end), whose tile's begin at `tile`.
+void fetchPosts(const uint16_t* tile, int begin, int end, Fetched& f, CellBatch&) {
+    for (int k = begin; k < end; ++k) {
+        const uint16_t* codes = tile + f.post[k];
+        std::memcpy(&f.top[k], codes, sizeof(uint32_t));
+        std::memcpy(&f.bottom[k], codes + kPostStride, sizeof(uint32_t));
+    }
+}
+void fetchPosts(const float* tile, int begin, int end, Fetched& f, CellBatch& c) {
+    for (int k = begin; k < end; ++k) {
+        const float* posts = tile + f.post[k];
         c.h00[k] = posts[0];
         c.h10[k] = posts[1];
         c.h01[k] = posts[kPostStride];
         c.h11[k] = posts[kPostStride + 1];
-        return;
     }
-    const uint16_t* codes = static_cast<const uint16_t*>(cut.posts) + first;
-    std::memcpy(&f.top[k], codes, sizeof(uint32_t));
-    std::memcpy(&f.bottom[k], codes + kPostStride, sizeof(uint32_t));
 }
 
-void fetchCells(const TerrainCut& cut, const Hit* hits, CellBatch& c, Floats& distance) {
+template <class Post>
+void fetchCells(const TerrainCut& cut, const HitBatch& h, CellBatch& c) {
+    constexpr bool kCodes = sizeof(Post) == 2;
+    const auto* pool = static_cast<const Post*>(cut.posts);
+    const auto tileOf = [&](int k) -> const TileDesc& {
+        return cut.tiles[static_cast<uint32_t>(h.tile[k])];
+    };
     Fetched f;
-    for (int k = 0; k < kBatch; ++k) {
-        const Hit& hit = hits[k];
-        const TileDesc& tile = cut.tiles[hit.tile];
-        distance[k] = hit.t;
-        c.u[k] = hit.u;
-        c.v[k] = hit.v;
-        f.cell[k] = static_cast<int32_t>(hit.cell);
-        f.mip[k] = hit.mip;
-        f.tileX[k] = tile.x;
-        f.tileY[k] = tile.y;
-        c.z0[k] = cut.format == 1 ? 0.0f : tile.z0;
-        c.zStep[k] = cut.format == 1 ? 1.0f : tile.zStep;
-        fetchPosts(cut, tile.posts, k, f, c);
+    const int groups = h.alike ? 1 : kBatch, lanes = kBatch / groups;
+    for (int group = 0; group < groups; ++group) {
+        const TileDesc& tile = tileOf(group);
+        const int begin = group * lanes;
+        std::fill_n(f.tileX.at + begin, lanes, tile.x);
+        std::fill_n(f.tileY.at + begin, lanes, tile.y);
+        std::fill_n(c.z0.at + begin, lanes, kCodes ? tile.z0 : 0.0f);
+        std::fill_n(c.zStep.at + begin, lanes, kCodes ? tile.zStep : 1.0f);
     }
-    placeCells(f, c);
-    if (cut.format == 0) splitCodes(f, c);
+    placeCells(h, f, c);
+    for (int group = 0; group < groups; ++group)
+        fetchPosts(pool + tileOf(group).posts, group * lanes, (group + 1) * lanes, f, c);
+    if (kCodes) splitCodes(f, c);
 }
 
 /// The directions of a perspective (or, with steps of 0, ortho) camera.
@@ -111,24 +119,24 @@ struct Sampler {
 
 /// Place, height and footprint; `lattice` becomes the gradient of the drawn cell per mip-0 cell.
 TERRAY_SIMD_CLONES
-void place(const Sampler& s, const CellBatch& c, const ViewBatch& view, GroundBatch& g,
-           Floats2& lattice) {
+void place(const Sampler& s, const HitBatch& h, const CellBatch& c, const ViewBatch& view,
+           GroundBatch& g, Floats2& lattice) {
     for (int k = 0; k < kBatch; ++k) {
-        const auto size = static_cast<double>(c.size[k]);
-        g.i[k] = static_cast<double>(c.x[k]) + static_cast<double>(c.u[k]) * size;
-        g.j[k] = static_cast<double>(c.y[k]) + static_cast<double>(c.v[k]) * size;
-    }
-    for (int k = 0; k < kBatch; ++k) {
-        const float u = c.u[k], v = c.v[k];
+        const float u = h.u[k], v = h.v[k];
+        g.place.x[k] = c.x[k];
+        g.place.y[k] = c.y[k];
+        g.place.dx[k] = u * c.size[k];
+        g.place.dy[k] = v * c.size[k];
+        g.distance[k] = h.t[k];
         const float h00 = c.h00[k], h10 = c.h10[k], h01 = c.h01[k], h11 = c.h11[k];
         const float upper = h00 * (1 - u) + h10 * u, lower = h01 * (1 - u) + h11 * u;
         g.height[k] = c.z0[k] + c.zStep[k] * (upper * (1 - v) + lower * v);
-        const float perCell = c.zStep[k] / c.size[k];
+        const float perCell = c.zStep[k] * c.perSize[k];
         lattice.x[k] = perCell * ((h10 - h00) * (1 - v) + (h11 - h01) * v);
         lattice.y[k] = perCell * ((h01 - h00) * (1 - u) + (h11 - h10) * u);
         const float planeX = s.exaggeration * (s.xi * lattice.x[k] + s.xj * lattice.y[k]);
         const float planeY = s.exaggeration * (s.yi * lattice.x[k] + s.yj * lattice.y[k]);
-        const float step = g.distance[k] * view.step[k];
+        const float step = h.t[k] * view.step[k];
         g.footprint[k] =
             rules::footprint(s.fixedArea + step * step, view.direction.x[k], view.direction.y[k],
                              view.direction.z[k], planeX, planeY, s.share, s.perCellArea);
@@ -253,12 +261,13 @@ glm::vec3 GroundSampler::viewAt(double px, double py) const {
 
 /// Constant cells are blocks with flat tops and upright walls, as far as they can be told apart:
 /// where a sample covers more than one, their mean slope shows.
-void GroundSampler::asBlock(const Hit& hit, const ViewBatch& view, const CellBatch& cells, int k,
-                            GroundBatch& ground) const {
+void GroundSampler::asBlock(const HitBatch& hits, const ViewBatch& view, const CellBatch& cells,
+                            int k, GroundBatch& ground) const {
+    const Hit hit = hits.hit(k);
     const bool wall = (hit.flags & kHitStrip) != 0;
-    const float upper = cells.u[k] < 0.5f ? cells.h00[k] : cells.h10[k];
-    const float lower = cells.u[k] < 0.5f ? cells.h01[k] : cells.h11[k];
-    ground.height[k] = cells.z0[k] + cells.zStep[k] * (cells.v[k] < 0.5f ? upper : lower);
+    const float upper = hit.u < 0.5f ? cells.h00[k] : cells.h10[k];
+    const float lower = hit.u < 0.5f ? cells.h01[k] : cells.h11[k];
+    ground.height[k] = cells.z0[k] + cells.zStep[k] * (hit.v < 0.5f ? upper : lower);
     if (wall) {
         const Ray ray =
             rays_.rayThrough(static_cast<double>(view.fromCentreX[k]) + 0.5 * camera_.width,
@@ -277,21 +286,23 @@ void GroundSampler::asBlock(const Hit& hit, const ViewBatch& view, const CellBat
     ground.normal.z[k] = normal.z;
 }
 
-void GroundSampler::at(std::span<const Hit> hits, ViewBatch& view, GroundBatch& ground) const {
-    TERRAY_ASSERT(hits.size() == kBatch);
+void GroundSampler::at(const HitBatch& hits, const ViewBatch& view, GroundBatch& ground) const {
+    TERRAY_ASSERT(hits.some);
     CellBatch cells;
     Floats2 lattice;
-    fetchCells(cut_, hits.data(), cells, ground.distance);
+    if (cut_.format == 0)
+        fetchCells<uint16_t>(cut_, hits, cells);
+    else
+        fetchCells<float>(cut_, hits, cells);
     const bool ortho = camera_.projection == Projection::Ortho;
     const Sampler sampler{
         gradientXi_,   gradientXj_,     gradientYi_,  gradientYj_,
         exaggeration_, footprintShare_, perCellArea_, ortho ? perPixelX_ * perPixelY_ : 0.0f};
-    place(sampler, cells, view, ground, lattice);
-    filtered_.at(ground.i, ground.j, ground.footprint, lattice);
+    place(sampler, hits, cells, view, ground, lattice);
+    filtered_.at(ground.place, ground.footprint, lattice);
     orient(sampler, lattice, ground);
     if (cut_.surface == kSurfaceConstant)
-        for (int k = 0; k < kBatch; ++k)
-            asBlock(hits[static_cast<size_t>(k)], view, cells, k, ground);
+        for (int k = 0; k < kBatch; ++k) asBlock(hits, view, cells, k, ground);
     if (!withFeet_) return;
     Floats3 right, down;
     const float scaleX = ortho ? perPixelX_ : 1.0f, scaleY = ortho ? perPixelY_ : 1.0f;

@@ -6,7 +6,7 @@
 #include <glm/vec3.hpp>
 #include <span>
 
-#include "shade/batch.h"
+#include "shade/hit_batch.h"
 #include "shade/normals.h"
 #include "shade/shade.h"
 
@@ -23,7 +23,7 @@ struct ViewBatch {
 };
 
 struct GroundBatch {
-    Doubles i, j;      ///< lattice place
+    Places place;
     Floats3 normal;    ///< unit, picture space, filtered to the footprint, upwards
     Floats2 gradient;  ///< true heights over world metres
     /// Ground covered a pixel to the right and down, world metres; only if the sampler was asked.
@@ -44,8 +44,8 @@ CellPosts cellPosts(const TerrainCut& cut, const Hit& hit);
 
 /// Drawn cells of hits.
 struct CellBatch {
-    Ints x, y;          ///< first post, mip-0 cells
-    Floats u, v, size;  ///< place in the cell; its mip-0 cells a side
+    Ints x, y;             ///< first post, mip-0 cells
+    Floats size, perSize;  ///< mip-0 cells a side, and 1 over that
     Floats h00, h10, h01, h11;
     Floats z0, zStep;  ///< height = z0 + zStep * h
 };
@@ -60,13 +60,13 @@ public:
 
     /// Directions of the rays through the pixels that are set in `view`.
     void lookThrough(ViewBatch& view) const;
-    /// Ground at kBatch valid hits of those rays.
-    void at(std::span<const Hit> hits, ViewBatch& view, GroundBatch& ground) const;
+    /// Ground at the hits of those rays, of which there are some.
+    void at(const HitBatch& hits, const ViewBatch& view, GroundBatch& ground) const;
     /// Unit direction of the ray through a picture position.
     glm::vec3 viewAt(double px, double py) const;
 
 private:
-    void asBlock(const Hit& hit, const ViewBatch& view, const CellBatch& cells, int k,
+    void asBlock(const HitBatch& hits, const ViewBatch& view, const CellBatch& cells, int k,
                  GroundBatch& ground) const;
 
     const TerrainCut& cut_;

@@ -21,13 +21,15 @@ public:
     bool at(double i, double j, float footprint, glm::vec2& gradient) const;
 
     /// The same at kBatch places, most of them in SIMD.
-    void at(const Doubles& i, const Doubles& j, const Floats& footprint, Floats2& gradient) const;
+    void at(const Places& places, const Floats& footprint, Floats2& gradient) const;
 
     /// Gradient of one mip by the cubic B-spline through central differences.
     bool ofMip(int mip, double i, double j, glm::vec2& gradient) const;
 
 private:
     struct Patches;
+    struct LastTile;
+    void enter(int mip, int32_t x, int32_t y, LastTile& tile) const;
     void fetch(const Ints& mip, int step, Patches& patches) const;
     bool gather(int mip, int64_t column, int64_t row, float (&z)[4][4]) const;
     float postAt(int mip, int64_t i, int64_t j) const;

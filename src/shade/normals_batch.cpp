@@ -24,7 +24,7 @@ struct FilteredGradient::Patches {
     Floats scale;       ///< weight, per mip-0 cell
     Floats zStep;       ///< metres of what the posts are counted in
     Floats2 gradient;   ///< what comes out, scaled
-    Floats highest;     ///< code of the 16; 65535 is a hole
+    Ints highest;       ///< code of the 16; 65535 is a hole. Of 16-bit posts only
 };
 
 namespace {
@@ -43,16 +43,19 @@ void chooseMips(const Floats& footprint, int last, Ints& mip, Floats& coarser, F
 }
 
 TERRAY_SIMD_CLONES
-void locate(const Ints& mip, int step, const Floats& share, const Doubles& i, const Doubles& j,
-            Ints& tileX, Ints& tileY, Ints& first, Floats& u, Floats& v, Floats& scale) {
+void locate(const Ints& mip, int step, const Floats& share, const Places& places, Ints& tileX,
+            Ints& tileY, Ints& first, Floats& u, Floats& v, Floats& scale) {
     constexpr int32_t kInner = kSlotCells - 1;
     for (int k = 0; k < kBatch; ++k) {
-        const float perCell = std::bit_cast<float>((127 - step - mip[k]) << 23);
-        const auto cells = static_cast<double>(perCell);
-        const double x = i[k] * cells, y = j[k] * cells;
-        const auto column = static_cast<int32_t>(x), row = static_cast<int32_t>(y);
-        u[k] = static_cast<float>(x - static_cast<double>(column));
-        v[k] = static_cast<float>(y - static_cast<double>(row));
+        const int32_t m = mip[k] + step;
+        const float perCell = std::bit_cast<float>((127 - m) << 23);
+        const int32_t x = places.x[k], y = places.y[k], within = (1 << m) - 1;
+        const float inX0 = (static_cast<float>(x & within) + places.dx[k]) * perCell;
+        const float inY0 = (static_cast<float>(y & within) + places.dy[k]) * perCell;
+        const auto aheadX = static_cast<int32_t>(inX0), aheadY = static_cast<int32_t>(inY0);
+        const int32_t column = (x >> m) + aheadX, row = (y >> m) + aheadY;
+        u[k] = inX0 - static_cast<float>(aheadX);
+        v[k] = inY0 - static_cast<float>(aheadY);
         scale[k] = perCell * share[k];
         tileX[k] = column >> kTileLevels;
         tileY[k] = row >> kTileLevels;
@@ -64,56 +67,62 @@ void locate(const Ints& mip, int step, const Floats& share, const Doubles& i, co
     }
 }
 
+/// Gradient of a row of four posts after the other, by spline weights.
+struct Weighing {
+    rules::SplineWeights across, down;
+    float dzdi = 0, dzdj = 0;
+    Weighing(float u, float v) : across(rules::splineWeights(u)), down(rules::splineWeights(v)) {}
+    void add(int r, float a, float b, float c, float d) {
+        const float value =
+            across.value[0] * a + across.value[1] * b + across.value[2] * c + across.value[3] * d;
+        const float slope =
+            across.slope[0] * a + across.slope[1] * b + across.slope[2] * c + across.slope[3] * d;
+        dzdi += down.value[r] * slope;
+        dzdj += down.slope[r] * value;
+    }
+};
+
 TERRAY_SIMD_CLONES
-void decode(const Lanes<uint64_t> (&codes)[4], Floats (&z)[4][4], Floats& highest) {
-    int32_t most[kBatch] = {};
-    for (int r = 0; r < 4; ++r) {
-        for (int k = 0; k < kBatch; ++k) {
+void weighCodes(const Lanes<uint64_t> (&codes)[4], const Floats& u, const Floats& v,
+                const Floats& scale, const Floats& zStep, Floats2& gradient, Ints& highest) {
+    for (int k = 0; k < kBatch; ++k) {
+        Weighing sum(u[k], v[k]);
+        int32_t most = 0;
+        for (int r = 0; r < 4; ++r) {
             const uint64_t row = codes[r][k];
             const auto low = static_cast<int32_t>(row), high = static_cast<int32_t>(row >> 32);
             const int32_t a = low & 0xFFFF, b = (low >> 16) & 0xFFFF;
             const int32_t c = high & 0xFFFF, d = (high >> 16) & 0xFFFF;
-            z[r][0][k] = static_cast<float>(a);
-            z[r][1][k] = static_cast<float>(b);
-            z[r][2][k] = static_cast<float>(c);
-            z[r][3][k] = static_cast<float>(d);
             const int32_t ab = a > b ? a : b, cd = c > d ? c : d, all = ab > cd ? ab : cd;
-            most[k] = most[k] > all ? most[k] : all;
+            most = most > all ? most : all;
+            sum.add(r, static_cast<float>(a), static_cast<float>(b), static_cast<float>(c),
+                    static_cast<float>(d));
         }
+        highest[k] = most;
+        gradient.x[k] = sum.dzdi * (scale[k] * zStep[k]);
+        gradient.y[k] = sum.dzdj * (scale[k] * zStep[k]);
     }
-    for (int k = 0; k < kBatch; ++k) highest[k] = static_cast<float>(most[k]);
 }
 
 TERRAY_SIMD_CLONES
-void weigh(const Floats (&z)[4][4], const Floats& u, const Floats& v, const Floats& scale,
-           const Floats& zStep, Floats2& gradient) {
+void weighHeights(const Floats (&z)[4][4], const Floats& u, const Floats& v, const Floats& scale,
+                  Floats2& gradient) {
     for (int k = 0; k < kBatch; ++k) {
-        const rules::SplineWeights across = rules::splineWeights(u[k]);
-        const rules::SplineWeights down = rules::splineWeights(v[k]);
-        float dzdi = 0, dzdj = 0;
-        for (int r = 0; r < 4; ++r) {
-            const float a = z[r][0][k], b = z[r][1][k], c = z[r][2][k], d = z[r][3][k];
-            const float value = across.value[0] * a + across.value[1] * b + across.value[2] * c +
-                                across.value[3] * d;
-            const float slope = across.slope[0] * a + across.slope[1] * b + across.slope[2] * c +
-                                across.slope[3] * d;
-            dzdi += down.value[r] * slope;
-            dzdj += down.slope[r] * value;
-        }
-        gradient.x[k] = dzdi * (scale[k] * zStep[k]);
-        gradient.y[k] = dzdj * (scale[k] * zStep[k]);
+        Weighing sum(u[k], v[k]);
+        for (int r = 0; r < 4; ++r) sum.add(r, z[r][0][k], z[r][1][k], z[r][2][k], z[r][3][k]);
+        gradient.x[k] = sum.dzdi * scale[k];
+        gradient.y[k] = sum.dzdj * scale[k];
     }
 }
 
 /// Adds what was weighed; lanes without it, or with holes in it, are marked in `rest`.
 TERRAY_SIMD_CLONES
-void addUp(const Ints& first, const Floats2& part, const Floats& highest, Floats2& sum,
-           Ints& rest) {
+void addUp(const Ints& first, const Floats2& part, const Ints& highest, Floats2& sum, Ints& rest) {
     for (int k = 0; k < kBatch; ++k) {
         const bool used = first[k] >= 0;
         sum.x[k] += used ? part.x[k] : 0.0f;
         sum.y[k] += used ? part.y[k] : 0.0f;
-        const bool hole = used & (highest[k] >= 65535.0f);
+        const bool hole = used & (highest[k] == 0xFFFF);
         rest[k] |= ((first[k] == kAcrossTiles) | hole) ? 1 : 0;
     }
 }
@@ -134,6 +143,24 @@ bool keepCertain(const Floats2& sum, Ints& rest, Floats2& gradient) {
 }
 
 TERRAY_SIMD_CLONES
+bool allLike(const Ints& mip, const Ints& tileX, const Ints& tileY, const Ints& first, int lane) {
+    const int32_t m = mip[lane], x = tileX[lane], y = tileY[lane];
+    int32_t unlike = 0;
+    for (int k = 0; k < kBatch; ++k) {
+        const int32_t differs = (mip[k] ^ m) | (tileX[k] ^ x) | (tileY[k] ^ y);
+        unlike |= first[k] < 0 ? 0 : differs;
+    }
+    return unlike == 0;
+}
+
+/// True if all places that fetch posts do so from one tile; `lane` is one of them.
+bool areAlike(const Ints& mip, const Ints& tileX, const Ints& tileY, const Ints& first, int& lane) {
+    lane = 0;
+    while (lane < kBatch && first[lane] < 0) ++lane;
+    return lane < kBatch && allLike(mip, tileX, tileY, first, lane);
+}
+
+TERRAY_SIMD_CLONES
 bool isAllZero(const Floats& share) {
     int32_t some = 0;
     for (int k = 0; k < kBatch; ++k) some |= share[k] > 0.0f ? 1 : 0;
@@ -142,50 +169,68 @@ bool isAllZero(const Floats& share) {
 
 }  // namespace
 
+/// The tile that posts were last fetched from.
+struct FilteredGradient::LastTile {
+    int32_t mip = -1, x = 0, y = 0;
+    int32_t lastX = 0, lastY = 0;  ///< the last first posts that have three more; else whole tiles
+    bool whole = true;
+    uint64_t posts = 0;
+    float zStep = 1;
+};
+
+void FilteredGradient::enter(int mip, int32_t x, int32_t y, LastTile& tile) const {
+    tile.mip = mip, tile.x = x, tile.y = y;
+    const uint32_t slot =
+        slotAt(cut_, mip, int64_t{x} << (mip + kTileLevels), int64_t{y} << (mip + kTileLevels));
+    const auto lastPost = [&](int64_t posts, int64_t at) {
+        return static_cast<int32_t>(std::min<int64_t>(posts - at * kSlotCells - 4, kSlotCells));
+    };
+    tile.lastX = slot == kNoSlot ? -1 : lastPost(columns_[mip], x);
+    tile.lastY = slot == kNoSlot ? -1 : lastPost(rows_[mip], y);
+    tile.whole = std::min(tile.lastX, tile.lastY) >= kSlotCells - 3;
+    tile.posts = slot == kNoSlot ? 0 : cut_.tiles[slot].posts;
+    if (cut_.format == 0 && slot != kNoSlot) tile.zStep = cut_.tiles[slot].zStep;
+}
+
 /// Fetches the posts of the places that need them.
 void FilteredGradient::fetch(const Ints& mip, int step, Patches& p) const {
-    int32_t lastMip = -1, tileX = 0, tileY = 0;
-    int32_t lastX = 0, lastY = 0;  // the last first posts that have three more; else whole tiles
-    bool whole = true;
-    uint64_t base = 0;
-    float zStep = 1;
-    for (int k = 0; k < kBatch; ++k) {
-        if (p.first[k] < 0) continue;
-        if (mip[k] != lastMip || p.tileX[k] != tileX || p.tileY[k] != tileY) {
-            lastMip = mip[k], tileX = p.tileX[k], tileY = p.tileY[k];
-            const int m = lastMip + step;
-            const uint32_t slot = slotAt(cut_, m, int64_t{tileX} << (m + kTileLevels),
-                                         int64_t{tileY} << (m + kTileLevels));
-            const auto lastPost = [&](int64_t posts, int64_t tile) {
-                return static_cast<int32_t>(
-                    std::min<int64_t>(posts - tile * kSlotCells - 4, kSlotCells));
-            };
-            lastX = slot == kNoSlot ? -1 : lastPost(columns_[m], tileX);
-            lastY = slot == kNoSlot ? -1 : lastPost(rows_[m], tileY);
-            whole = std::min(lastX, lastY) >= kSlotCells - 3;
-            base = slot == kNoSlot ? 0 : cut_.tiles[slot].posts;
-            if (cut_.format == 0 && slot != kNoSlot) zStep = cut_.tiles[slot].zStep;
-        }
-        const int32_t first = p.first[k];
-        if (!whole && (first % kPostStride > lastX || first / kPostStride > lastY)) {
-            p.first[k] = kAcrossTiles;
-            continue;
-        }
-        p.zStep[k] = zStep;
+    LastTile tile;
+    const auto fetchAt = [&](int k, int32_t first) {
         if (cut_.format == 0) {
-            const uint16_t* codes = static_cast<const uint16_t*>(cut_.posts) + base + first;
+            const uint16_t* codes = static_cast<const uint16_t*>(cut_.posts) + tile.posts + first;
             for (int r = 0; r < 4; ++r, codes += kPostStride)
                 std::memcpy(&p.codes[r][k], codes, sizeof(uint64_t));
         } else {
-            const float* posts = static_cast<const float*>(cut_.posts) + base + first;
+            const float* posts = static_cast<const float*>(cut_.posts) + tile.posts + first;
             for (int r = 0; r < 4; ++r, posts += kPostStride)
                 for (int c = 0; c < 4; ++c) p.heights[r][c][k] = posts[c];
         }
+    };
+    int lane = 0;
+    if (areAlike(mip, p.tileX, p.tileY, p.first, lane)) {
+        enter(mip[lane] + step, p.tileX[lane], p.tileY[lane], tile);
+        if (tile.whole) {
+            std::fill_n(p.zStep.at, kBatch, tile.zStep);
+            // Those that need none read the tile's first.
+            for (int k = 0; k < kBatch; ++k) fetchAt(k, std::max(p.first[k], 0));
+            return;
+        }
+    }
+    for (int k = 0; k < kBatch; ++k) {
+        if (p.first[k] < 0) continue;
+        if (mip[k] + step != tile.mip || p.tileX[k] != tile.x || p.tileY[k] != tile.y)
+            enter(mip[k] + step, p.tileX[k], p.tileY[k], tile);
+        const int32_t first = p.first[k];
+        if (!tile.whole && (first % kPostStride > tile.lastX || first / kPostStride > tile.lastY)) {
+            p.first[k] = kAcrossTiles;
+            continue;
+        }
+        p.zStep[k] = tile.zStep;
+        fetchAt(k, first);
     }
 }
 
-void FilteredGradient::at(const Doubles& i, const Doubles& j, const Floats& footprint,
-                          Floats2& gradient) const {
+void FilteredGradient::at(const Places& places, const Floats& footprint, Floats2& gradient) const {
     static thread_local Patches patches;
     Ints mip, rest{};
     Floats coarser, finer;
@@ -194,19 +239,21 @@ void FilteredGradient::at(const Doubles& i, const Doubles& j, const Floats& foot
     for (const int step : {0, 1}) {
         const Floats& share = step ? coarser : finer;
         if (isAllZero(share)) continue;
-        locate(mip, step, share, i, j, patches.tileX, patches.tileY, patches.first, patches.u,
+        locate(mip, step, share, places, patches.tileX, patches.tileY, patches.first, patches.u,
                patches.v, patches.scale);
         fetch(mip, step, patches);
-        if (cut_.format == 0) decode(patches.codes, patches.heights, patches.highest);
-        weigh(patches.heights, patches.u, patches.v, patches.scale, patches.zStep,
-              patches.gradient);
+        if (cut_.format == 0)
+            weighCodes(patches.codes, patches.u, patches.v, patches.scale, patches.zStep,
+                       patches.gradient, patches.highest);
+        else
+            weighHeights(patches.heights, patches.u, patches.v, patches.scale, patches.gradient);
         addUp(patches.first, patches.gradient, patches.highest, sum, rest);
     }
     if (!keepCertain(sum, rest, gradient)) return;
     for (int k = 0; k < kBatch; ++k) {
         if (!rest[k]) continue;
         glm::vec2 g{gradient.x[k], gradient.y[k]};
-        at(i[k], j[k], footprint[k], g);
+        at(places.i(k), places.j(k), footprint[k], g);
         gradient.x[k] = g.x;
         gradient.y[k] = g.y;
     }

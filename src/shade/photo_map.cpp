@@ -31,8 +31,8 @@ struct PixelMap {
 TERRAY_SIMD_CLONES
 void placeFeet(const PixelMap& m, const GroundBatch& g, PhotoFeet& feet) {
     for (int k = 0; k < kBatch; ++k) {
-        feet.x[k] = m.x0 + m.xi * g.i[k] + m.xj * g.j[k];
-        feet.y[k] = m.y0 + m.yi * g.i[k] + m.yj * g.j[k];
+        feet.x[k] = m.x0 + m.xi * g.place.i(k) + m.xj * g.place.j(k);
+        feet.y[k] = m.y0 + m.yi * g.place.i(k) + m.yj * g.place.j(k);
     }
     for (int k = 0; k < kBatch; ++k) {
         feet.a.x[k] = m.xEast * g.footX.x[k] + m.xNorth * g.footX.y[k];

@@ -28,7 +28,7 @@ void DeferredShader::shadeFlat(const ImageTile& tile, Vec2 offset, std::span<con
     GroundBatch ground{};
     for (size_t first = 0; first < hits.size(); first += kBatch) {
         const size_t count = std::min<size_t>(kBatch, hits.size() - first);
-        const BatchHits batch(hits.subspan(first, count));
+        const HitBatch batch(hits.subspan(first, count));
         const auto pixelOf = [&](size_t k) {
             const size_t at = first + std::min(k, count - 1);
             return Vec2{tile.x + static_cast<double>(at % width) + offset.x,
@@ -38,7 +38,7 @@ void DeferredShader::shadeFlat(const ImageTile& tile, Vec2 offset, std::span<con
             ViewBatch view;
             view.setPixels(rays_.camera(), tile, offset, first);
             ground_.lookThrough(view);
-            ground_.at(batch.hits, view, ground);
+            ground_.at(batch, view, ground);
         }
         for (size_t k = 0; k < count; ++k) {
             const Vec2 pixel = pixelOf(k);

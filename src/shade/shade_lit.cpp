@@ -96,38 +96,35 @@ void DeferredShader::shadeBatch(const ImageTile& tile, Vec2 offset, std::span<co
     ViewBatch view;
     view.setPixels(rays_.camera(), tile, offset, first);
     ground_.lookThrough(view);
-    const BatchHits batch(hits.subspan(first, count));
+    const HitBatch batch(hits.subspan(first, count));
     LitBatch& lit = scratch.lit[first / kBatch];
     SunAsks& asks = scratch.asks[first / kBatch];
     asks.clear();
     if (batch.some) {
         GroundBatch ground;
-        ground_.at(batch.hits, view, ground);
-        lightAndAsk(batch, hits.subspan(first, count), ground, lit, asks);
+        ground_.at(batch, view, ground);
+        lightAndAsk(batch, ground, lit, asks);
     }
-    if (!batch.all) storeMisses(hits.subspan(first, count), view, lit);
+    if (!batch.all) storeMisses(batch, count, view, lit);
 }
 
 /// Colours of a batch in light, and which of its hits have to ask whether the sun reaches them.
-void DeferredShader::lightAndAsk(const BatchHits& batch, std::span<const Hit> hits,
-                                 const GroundBatch& ground, LitBatch& lit, SunAsks& asks) const {
+void DeferredShader::lightAndAsk(const HitBatch& hits, const GroundBatch& ground, LitBatch& lit,
+                                 SunAsks& asks) const {
     Floats facing{}, openSky;
     const bool sun = light_.sun.g > 0;
     if (sun) sunRays_.facing(ground, modelling_, facing);
-    sky_->at(ground.i, ground.j, ground.footprint, openSky);
+    sky_->at(ground.place, ground.footprint, openSky);
     LightBatch light;
     lightBatch(light_, facing, openSky, ground, light);
-    colourBatch(batch.hits, ground, light, lit);
+    colourBatch(hits, ground, light, lit);
     hazeBatch(air_, ground.distance, lit);
     std::fill_n(lit.alpha.at, kBatch, 1.0f);
     if (!sun || !settings_.options.shadows) return;
-    for (size_t k = 0; k < hits.size(); ++k) {
-        const int lane = static_cast<int>(k);
-        if (isHit(hits[k]) && facing[lane] > 0) asks.ask(lane, hits[k], ground.height[lane]);
-    }
+    SunRays::ask(hits, facing, ground.height, asks);
 }
 
-void DeferredShader::colourBatch(std::span<const Hit> hits, const GroundBatch& ground,
+void DeferredShader::colourBatch(const HitBatch& hits, const GroundBatch& ground,
                                  const LightBatch& light, LitBatch& lit) const {
     FloatsRgb own{}, albedo;
     switch (settings_.shading) {
@@ -148,20 +145,19 @@ void DeferredShader::colourBatch(std::span<const Hit> hits, const GroundBatch& g
         paintBatch(kContour, cover, &light, lit);
     }
     if (settings_.shading == Shading::Grid) {
-        for (int k = 0; k < kBatch; ++k)
-            cover[k] = 0.8f * gridCover(hits[static_cast<size_t>(k)], ground, k);
+        for (int k = 0; k < kBatch; ++k) cover[k] = 0.8f * gridCover(hits, ground, k);
         paintBatch(kGridLine, cover, nullptr, lit);
     }
 }
 
 /// Pixels without ground show the background.
-void DeferredShader::storeMisses(std::span<const Hit> hits, const ViewBatch& view,
+void DeferredShader::storeMisses(const HitBatch& hits, size_t count, const ViewBatch& view,
                                  LitBatch& lit) const {
     FloatsRgb sky;
     if (background_.kind == Background::Kind::Sky) skyBatch(air_, view.direction.z, sky);
-    for (size_t k = 0; k < hits.size(); ++k) {
-        if (isHit(hits[k])) continue;
+    for (size_t k = 0; k < count; ++k) {
         const int lane = static_cast<int>(k);
+        if (hits.own[lane] != 0) continue;
         const Colour miss = background_.kind == Background::Kind::Sky
                                 ? Colour{sky.r[lane], sky.g[lane], sky.b[lane], 1.0f}
                                 : missColour({0, 0, 1});
@@ -287,7 +283,8 @@ void DeferredShader::contourBatch(const GroundBatch& ground, Floats& cover) cons
     }
 }
 
-float DeferredShader::gridCover(const Hit& hit, const GroundBatch& ground, int k) const {
+float DeferredShader::gridCover(const HitBatch& hits, const GroundBatch& ground, int k) const {
+    const Hit hit = hits.hit(k);
     const Affine2& map = rays_.worldFromLattice();
     const LatticePoint right = map.latticeDirection(Vec2(ground.footX.x[k], ground.footX.y[k]));
     const LatticePoint down = map.latticeDirection(Vec2(ground.footY.x[k], ground.footY.y[k]));

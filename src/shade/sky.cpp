@@ -59,28 +59,48 @@ void chooseSkyMips(const Floats& footprint, float perCell, int last, Ints& mip, 
     }
 }
 
-/// As Mip::at() places them; sizes, scale and shift of a mip follow from those of the finest.
+/// As Mip::at() places them; sizes and shift of a mip follow from those of the finest, which is
+/// made of mip `finest` of the terrain.
 TERRAY_SIMD_CLONES
-void locateSky(const Ints& mip, int width, int height, double finest, const Doubles& i,
-               const Doubles& j, SkyCells& c) {
+void locateSky(const Ints& mip, int width, int height, int finest, const Places& places,
+               SkyCells& c) {
     for (int k = 0; k < kBatch; ++k) {
-        const auto half = static_cast<double>(std::bit_cast<float>((127 - mip[k]) << 23));
-        const double scale = finest * half, shift = 0.5 * half - 0.5;
+        const int32_t m = mip[k] + finest, within = (1 << m) - 1;
+        const float perCell = std::bit_cast<float>((127 - m) << 23);
+        const float shift = 0.5f * std::bit_cast<float>((127 - mip[k]) << 23) - 0.5f;
+        const int32_t x = places.x[k], y = places.y[k];
+        const float inX = (static_cast<float>(x & within) + places.dx[k]) * perCell + shift;
+        const float inY = (static_cast<float>(y & within) + places.dy[k]) * perCell + shift;
+        // Rounded down: the shift is above -1.
+        const int32_t aheadX = static_cast<int32_t>(inX + 1.0f) - 1;
+        const int32_t aheadY = static_cast<int32_t>(inY + 1.0f) - 1;
         const int32_t w = width >> mip[k], h = height >> mip[k];
-        const double lastX = static_cast<double>(w - 1), lastY = static_cast<double>(h - 1);
-        double x = i[k] * scale + shift, y = j[k] * scale + shift;
-        x = x < 0.0 ? 0.0 : x;
-        y = y < 0.0 ? 0.0 : y;
-        x = x > lastX ? lastX : x;
-        y = y > lastY ? lastY : y;
-        const auto wholeX = static_cast<int32_t>(x), wholeY = static_cast<int32_t>(y);
-        const int32_t column = wholeX < w - 2 ? wholeX : w - 2;
-        const int32_t row = wholeY < h - 2 ? wholeY : h - 2;
-        c.u[k] = static_cast<float>(x - static_cast<double>(column));
-        c.v[k] = static_cast<float>(y - static_cast<double>(row));
-        c.first[k] = row * w + column;
+        const int32_t column = (x >> m) + aheadX, row = (y >> m) + aheadY;
+        float u = inX - static_cast<float>(aheadX), v = inY - static_cast<float>(aheadY);
+        u = column < 0 ? 0.0f : u;
+        v = row < 0 ? 0.0f : v;
+        c.u[k] = column > w - 2 ? 1.0f : u;
+        c.v[k] = row > h - 2 ? 1.0f : v;
+        const int32_t left = column < 0 ? 0 : column, top = row < 0 ? 0 : row;
+        c.first[k] = (top < h - 2 ? top : h - 2) * w + (left < w - 2 ? left : w - 2);
         c.width[k] = w;
     }
+}
+
+/// Goes on to the coarser mips of a blend; true if any is needed.
+TERRAY_SIMD_CLONES
+bool nextMips(const Floats& coarser, int last, Ints& mip) {
+    int32_t any = 0;
+    for (int k = 0; k < kBatch; ++k) {
+        any |= coarser[k] > 0.0f ? 1 : 0;
+        mip[k] = mip[k] < last ? mip[k] + 1 : last;
+    }
+    return any != 0;
+}
+
+TERRAY_SIMD_CLONES
+void mixIn(const Floats& coarser, const Floats& coarse, Floats& open) {
+    for (int k = 0; k < kBatch; ++k) open[k] += coarser[k] * (coarse[k] - open[k]);
 }
 
 TERRAY_SIMD_CLONES
@@ -118,6 +138,8 @@ SkyLight::SkyLight(Overview overview, const Affine2& worldFromLattice, double ex
     mips_.push_back(std::move(finest));
     while (mips_.back().width >= 4 && mips_.back().height >= 4)
         mips_.push_back(halve(mips_.back()));
+    finest_ = overview.mip;
+    for (const Mip& mip : mips_) posts_.push_back(mip.open.data());
 }
 
 SkyLight::Mip SkyLight::halve(const Mip& fine) {
@@ -153,31 +175,27 @@ float SkyLight::Mip::at(double i, double j) const {
     return (upper * (1 - v) + lower * v) * (1.0f / kCodes);
 }
 
-void SkyLight::readMips(const Ints& mip, const Doubles& i, const Doubles& j, Floats& open) const {
+void SkyLight::readMips(const Ints& mip, const Places& places, Floats& open) const {
     SkyCells cells;
-    locateSky(mip, mips_[0].width, mips_[0].height, mips_[0].scale, i, j, cells);
+    locateSky(mip, mips_[0].width, mips_[0].height, finest_, places, cells);
+    const uint16_t* const* posts = posts_.data();
     for (int k = 0; k < kBatch; ++k) {
-        const uint16_t* first = mips_[static_cast<size_t>(mip[k])].open.data() + cells.first[k];
+        const uint16_t* first = posts[mip[k]] + cells.first[k];
         std::memcpy(&cells.top[k], first, sizeof(uint32_t));
         std::memcpy(&cells.bottom[k], first + cells.width[k], sizeof(uint32_t));
     }
     blendSky(cells, open);
 }
 
-void SkyLight::at(const Doubles& i, const Doubles& j, const Floats& footprint, Floats& open) const {
+void SkyLight::at(const Places& places, const Floats& footprint, Floats& open) const {
     const int last = static_cast<int>(mips_.size()) - 1;
     Ints mip;
     Floats coarser, coarse;
     chooseSkyMips(footprint, static_cast<float>(mips_[0].scale), last, mip, coarser);
-    readMips(mip, i, j, open);
-    bool blend = false;
-    for (int k = 0; k < kBatch; ++k) {
-        blend |= coarser[k] > 0;
-        mip[k] = mip[k] < last ? mip[k] + 1 : last;
-    }
-    if (!blend) return;
-    readMips(mip, i, j, coarse);
-    for (int k = 0; k < kBatch; ++k) open[k] += coarser[k] * (coarse[k] - open[k]);
+    readMips(mip, places, open);
+    if (!nextMips(coarser, last, mip)) return;
+    readMips(mip, places, coarse);
+    mixIn(coarser, coarse, open);
 }
 
 float SkyLight::at(double i, double j, float footprint) const {

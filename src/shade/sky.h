@@ -20,7 +20,7 @@ public:
     /// mip-0 cells: bilinear between posts, linear between mips.
     float at(double i, double j, float footprint) const;
     /// The same at kBatch places.
-    void at(const Doubles& i, const Doubles& j, const Floats& footprint, Floats& open) const;
+    void at(const Places& places, const Floats& footprint, Floats& open) const;
 
 private:
     /// The field and its means over 2 x 2, 4 x 4 ... posts; post (i, j) of a mip stands in the
@@ -32,9 +32,11 @@ private:
         float at(double i, double j) const;
     };
     static Mip halve(const Mip& fine);
-    void readMips(const Ints& mip, const Doubles& i, const Doubles& j, Floats& open) const;
+    void readMips(const Ints& mip, const Places& places, Floats& open) const;
 
+    int finest_ = 0;  ///< mip of the terrain that the field's finest is made of
     std::vector<Mip> mips_;
+    std::vector<const uint16_t*> posts_;  ///< of each mip
 };
 
 }  // namespace terray

@@ -57,13 +57,15 @@ namespace {
 /// The sun's direction: its rise is linear in the lattice.
 struct SunPlane {
     float east, north, modelling;
-    double rise, perI, perJ;
+    float rise, perI, perJ;
 };
 
 TERRAY_SIMD_CLONES
 void faceSun(const SunPlane& sun, const GroundBatch& g, Floats& facing) {
     for (int k = 0; k < kBatch; ++k) {
-        const auto rise = static_cast<float>(sun.rise + sun.perI * g.i[k] + sun.perJ * g.j[k]);
+        const float i = static_cast<float>(g.place.x[k]) + g.place.dx[k];
+        const float j = static_cast<float>(g.place.y[k]) + g.place.dy[k];
+        const float rise = sun.rise + sun.perI * i + sun.perJ * j;
         const float length2 = sun.east * sun.east + sun.north * sun.north + rise * rise;
         const float nx = g.normal.x[k] * sun.modelling, ny = g.normal.y[k] * sun.modelling;
         const float nz = g.normal.z[k];
@@ -73,13 +75,37 @@ void faceSun(const SunPlane& sun, const GroundBatch& g, Floats& facing) {
     }
 }
 
+/// Plain hits on ground that faces the sun ask for it.
+TERRAY_SIMD_CLONES
+void askPlain(const HitBatch& hits, const Floats& facing, const Floats& height, SunAsks& asks) {
+    static_assert(kSunAsks == kBatch);
+    for (int k = 0; k < kBatch; ++k) {
+        const bool faces = (hits.own[k] != 0) & (facing[k] > 0);
+        asks.tile[k] = faces ? static_cast<uint32_t>(hits.tile[k]) : kNoSlot;
+        asks.cell[k] = hits.cell[k];
+        asks.u[k] = hits.u[k];
+        asks.v[k] = hits.v[k];
+        asks.z[k] = height[k];
+    }
+}
+
 }  // namespace
 
 void SunRays::facing(const GroundBatch& ground, float modelling, Floats& facing) const {
     const double origin = riseAt(0, 0);
     faceSun({static_cast<float>(horizontal_.x), static_cast<float>(horizontal_.y), modelling,
-             origin, riseAt(1, 0) - origin, riseAt(0, 1) - origin},
+             static_cast<float>(origin), static_cast<float>(riseAt(1, 0) - origin),
+             static_cast<float>(riseAt(0, 1) - origin)},
             ground, facing);
+}
+
+void SunRays::ask(const HitBatch& hits, const Floats& facing, const Floats& height, SunAsks& asks) {
+    if (hits.plain) {
+        askPlain(hits, facing, height, asks);
+        return;
+    }
+    for (int k = 0; k < kBatch; ++k)
+        if (hits.own[k] != 0 && facing[k] > 0) asks.ask(k, hits.hit(k), height[k]);
 }
 
 }  // namespace terray

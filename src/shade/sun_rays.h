@@ -24,6 +24,9 @@ public:
 
     /// max(0, N.L) on ground whose slopes are `modelling` times as steep.
     void facing(const GroundBatch& ground, float modelling, Floats& facing) const;
+    /// Hits on ground that faces the sun ask whether it reaches them; `asks` is clear before.
+    static void ask(const HitBatch& hits, const Floats& facing, const Floats& height,
+                    SunAsks& asks);
 
 private:
     double riseAt(double i, double j) const;
