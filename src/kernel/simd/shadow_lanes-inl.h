@@ -153,7 +153,10 @@ HWY_INLINE SunVerdict passCell(const SunLanes& s, const SunCell& c, VF u, VF v, 
     const VF f2 = bend - c.twist * shear;
     const auto at = [&](VF t) { return hn::MulAdd(t, hn::MulAdd(f2, t, f1), f0); };
     const VF end = at(length);
-    const VF turn = f1 / (setF(-2.0f) * f2);  // NaN or infinite where f is straight
+    // NaN or infinite where f is straight. A little beside the turn f is hardly higher: two
+    // roundings of a reciprocal will do.
+    const VF twice = setF(-2.0f) * f2, rough = hn::ApproximateReciprocal(twice);
+    const VF turn = f1 * (rough * hn::NegMulAdd(twice, rough, setF(2.0f)));
     const VF inside = hn::Min(hn::Max(turn, zero), length);
     const VF extreme = hn::IfThenElse(turn == turn, at(inside), end);
     const VF least = hn::Min(hn::Min(f0, end), extreme);
@@ -163,7 +166,8 @@ HWY_INLINE SunVerdict passCell(const SunLanes& s, const SunCell& c, VF u, VF v, 
 /// A packet of rays, in the sun's axes.
 struct SunPacket {
     VI column, row;
-    VF u, v, z, dz, crossed, start;
+    VF u, v, z, dz;
+    VF way;  ///< rows from the hit to the lower border of the row
     VI source, bounds;
 };
 
@@ -207,7 +211,7 @@ HWY_INLINE MI lookAhead(const SunLanes& s, SunPacket& r, MI lanes) {
     const VF step = setF(s.codeStep), zero = setF(s.codeZ);
     const VF free = hn::MulAdd(step, hn::ConvertTo(DF(), up), zero);
     const VF caught = hn::MulAdd(step, hn::ConvertTo(DF(), down), zero);
-    const VF way = r.crossed + (rows - r.start);
+    const VF way = r.way + rows;
     const VF z = hn::MulAdd(way, hn::MulAdd(setF(s.bend), way, r.dz), r.z);
     const VF error = errorAfter(s, r.dz, way);
     const MI isFree = hn::And(hn::And(asks, hn::Ne(up, setI(0xFFFF))), maskI(z > free + error));
@@ -237,7 +241,7 @@ HWY_INLINE SunStep decide(const SunLanes& s, SunPacket& r, MI lanes, MI byRow, M
     const MI reached = hn::And(certain, hn::And(byRow, onKept));
     const MI lit = hn::And(reached, hn::Eq(r.bounds, setI(kFreeAhead)));
     const MI caught = hn::And(reached, hn::Eq(r.bounds, setI(kCaughtAhead)));
-    const MI far = hn::And(reached, maskI(r.crossed > setF(kMostRows)));
+    const MI far = hn::And(reached, maskI(r.way > setF(kMostRows)));
     r.bounds = select(reached, setI(kNotAsked), r.bounds);
     SunStep step;
     step.dark = hn::Or(dark, caught);
@@ -270,7 +274,7 @@ HWY_INLINE SunStep stepShadows(const SunLanes& s, SunPacket& r, MI active) {
     const VF toRow = one - r.v, toColumn = (one - r.u) * setF(s.inverseShear);
     const MI byRow = maskI(toRow <= toColumn);
     const VF length = hn::Max(hn::Min(toRow, toColumn), zero);
-    const VF way = r.crossed + (r.v - r.start);
+    const VF way = r.way + r.v;
     const VF error = errorAfter(s, r.dz, way);
     SunVerdict inCell;
     if constexpr (kAtHits) {
@@ -293,7 +297,7 @@ HWY_INLINE SunStep stepShadows(const SunLanes& s, SunPacket& r, MI active) {
     r.column = select(byRow, r.column, r.column + oneI);
     r.u = hn::IfThenElse(byRowF, across, zero);
     r.v = hn::IfThenElse(byRowF, zero, hn::Min(r.v + length, one));
-    r.crossed = hn::IfThenElse(byRowF, r.crossed + one, r.crossed);
+    r.way = hn::IfThenElse(byRowF, r.way + one, r.way);
     SunStep step = decide(s, r, lanes, byRow, passes, dark);
     step.dark = hn::Or(step.dark, caught);
     step.undecided = hn::Or(step.undecided, rim);
@@ -315,8 +319,7 @@ HWY_INLINE void append(const SunPacket& r, MI lanes, ShadowBlock& to, size_t at)
     putF(r.v, to.v);
     putF(r.z, to.z);
     putF(r.dz, to.dz);
-    putF(r.crossed, to.crossed);
-    putF(r.start, to.start);
+    putF(r.way, to.way);
     putI(r.source, to.source);
     putI(r.bounds, to.bounds);
 }
@@ -358,8 +361,7 @@ int startAll(const SunLanes& s, uint32_t slot, const SunAsks& asks, int first, S
         r.dz = hn::MulAdd(
             setF(s.risePerRow), hn::ConvertTo(DF(), r.row) + r.v,
             hn::MulAdd(setF(s.risePerColumn), hn::ConvertTo(DF(), r.column) + r.u, setF(s.rise)));
-        r.crossed = hn::Zero(DF());
-        r.start = r.v;
+        r.way = hn::Neg(r.v);
         r.source = hn::Iota(DI(), first + static_cast<int>(p));
         r.bounds = setI(kNotAsked);
         const SunStep step = stepShadows<kInt16, true>(s, r, active);
@@ -384,10 +386,9 @@ uint64_t walkAll(const SunLanes& s, int rest, ShadowBlock& b, ShadowLeaving& lea
         cells += left;
         size_t on = 0;
         for (size_t p = 0; p < left; p += lanes) {
-            SunPacket r{loadI(b.column + p),  loadI(b.row + p),   loadF(b.u + p),
-                        loadF(b.v + p),       loadF(b.z + p),     loadF(b.dz + p),
-                        loadF(b.crossed + p), loadF(b.start + p), loadI(b.source + p),
-                        loadI(b.bounds + p)};
+            SunPacket r{loadI(b.column + p), loadI(b.row + p),    loadF(b.u + p),
+                        loadF(b.v + p),      loadF(b.z + p),      loadF(b.dz + p),
+                        loadF(b.way + p),    loadI(b.source + p), loadI(b.bounds + p)};
             const SunStep step = stepShadows<kInt16, false>(s, r, hn::FirstN(DI(), left - p));
             finish(step.dark, r.source, kShadowDark, verdicts);
             finish(step.undecided, r.source, kShadowUndecided, verdicts);

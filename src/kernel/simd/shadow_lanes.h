@@ -21,11 +21,11 @@ enum ShadowVerdict : uint8_t {
 
 /// A ray of one sun in one tile. Places are in the sun's axes.
 struct ShadowRay {
-    int32_t column, row;   ///< cell
-    float u, v;            ///< place in the cell
-    float z, dz;           ///< at the hit, relative to the anchor; metres a row
-    float crossed, start;  ///< rows crossed since the hit; its place in its row
-    int32_t source;        ///< whose ray this is
+    int32_t column, row;  ///< cell
+    float u, v;           ///< place in the cell
+    float z, dz;          ///< at the hit, relative to the anchor; metres a row
+    float way;            ///< rows from the hit to where v is 0
+    int32_t source;       ///< whose ray this is
 };
 
 struct alignas(64) ShadowBlock {
@@ -33,13 +33,13 @@ struct alignas(64) ShadowBlock {
     int32_t column[kSize], row[kSize];
     float u[kSize], v[kSize];
     float z[kSize], dz[kSize];
-    float crossed[kSize], start[kSize];
+    float way[kSize];
     int32_t source[kSize];
     int32_t bounds[kSize];  ///< what the bounds ahead say (shadow_lanes-inl.h); 0: not yet asked
     int count = 0;
 
     ShadowRay ray(int k) const {
-        return {column[k], row[k], u[k], v[k], z[k], dz[k], crossed[k], start[k], source[k]};
+        return {column[k], row[k], u[k], v[k], z[k], dz[k], way[k], source[k]};
     }
     void add(const ShadowRay& ray) {
         const int k = count++;
@@ -49,8 +49,7 @@ struct alignas(64) ShadowBlock {
         v[k] = ray.v;
         z[k] = ray.z;
         dz[k] = ray.dz;
-        crossed[k] = ray.crossed;
-        start[k] = ray.start;
+        way[k] = ray.way;
         source[k] = ray.source;
         bounds[k] = 0;
     }

@@ -57,27 +57,28 @@ public:
 
     /// Starts the rays of a batch, the first of which is number `first`.
     void start(const SunAsks& asks, int first) {
-        std::array<uint32_t, kSunAsks> done;
-        size_t tiles = 0;
-        for (const uint32_t slot : asks.tile) {
-            if (slot == kNoSlot || (tiles > 0 && slot == done[tiles - 1])) continue;
-            const auto end = done.begin() + static_cast<ptrdiff_t>(tiles);
-            if (std::find(done.begin(), end, slot) != end) continue;
-            done[tiles++] = slot;
-            Open& open = blockOf(slot);
-            const int rays = simd::startShadows(cut_, sweep_, slot, asks, first, open.block,
-                                                leaving_, verdicts_);
-            counters_.rays += static_cast<uint64_t>(rays);
-            counters_.cells += static_cast<uint64_t>(rays);
-            passOn(slot);
-            if (open.block.count > simd::kShadowRays - kSunAsks) walk(slot, open.block, kRest);
+        uint32_t slot = kNoSlot, unlike = 0;
+        for (const uint32_t tile : asks.tile) slot = std::min(slot, tile);
+        if (slot == kNoSlot) return;
+        for (const uint32_t tile : asks.tile) unlike |= tile == kNoSlot ? 0 : tile ^ slot;
+        startIn(slot, asks, first);
+        while (unlike != 0) {
+            uint32_t next = kNoSlot;
+            for (const uint32_t tile : asks.tile) next = tile > slot ? std::min(next, tile) : next;
+            if (next == kNoSlot) break;
+            slot = next;
+            startIn(slot, asks, first);
         }
-        if (roaming_.count > kRoamers - simd::kShadowRays) finishRoaming();
     }
     void finish() {
-        for (Open& open : open_)
-            if (open.block.count > 0) walk(open.slot, open.block, 0);
-        finishRoaming();
+        for (bool any = true; any;) {
+            any = roaming_.count > 0;
+            finishRoaming();
+            for (Open& open : open_) {
+                any = any || open.block.count > 0;
+                if (open.block.count > 0) walk(open.slot, open.block, 0);
+            }
+        }
     }
 
 private:
@@ -88,23 +89,36 @@ private:
         uint32_t slot = kNoSlot;
         simd::ShadowBlock block;
     };
-    /// Rays that stand at the border of the tile that they go on in.
+    /// Rays that stand at the border of the tile that they go on in, which is not open.
     struct Roaming {
         std::array<simd::ShadowRay, kRoamers> rays;
         std::array<uint32_t, kRoamers> slots;
         int count = 0;
     };
 
-    Open& blockOf(uint32_t slot) {
+    void startIn(uint32_t slot, const SunAsks& asks, int first) {
+        if (roaming_.count > kRoamers - kSunAsks) finishRoaming();
+        Open* open = openBlock(slot);
+        if (open == nullptr) {
+            open = &open_[next_++ % open_.size()];
+            if (open->block.count > 0) walk(open->slot, open->block, 0);
+            open->slot = slot;
+        }
+        if (open->block.count > simd::kShadowRays - kSunAsks) walk(slot, open->block, kRest);
+        const int rays =
+            simd::startShadows(cut_, sweep_, slot, asks, first, open->block, leaving_, verdicts_);
+        counters_.rays += static_cast<uint64_t>(rays);
+        counters_.cells += static_cast<uint64_t>(rays);
+        passOn(slot);
+    }
+    Open* openBlock(uint32_t slot) {
         for (Open& open : open_)
-            if (open.slot == slot) return open;
-        Open& open = open_[next_++ % open_.size()];
-        if (open.block.count > 0) walk(open.slot, open.block, 0);
-        open.slot = slot;
-        return open;
+            if (open.slot == slot) return &open;
+        return nullptr;
     }
     void walk(uint32_t slot, simd::ShadowBlock& block, int rest) {
-        if (roaming_.count > kRoamers - simd::kShadowRays) finishRoaming();
+        // Room for all of the block, and for what starts next.
+        if (roaming_.count > kRoamers - simd::kShadowRays - kSunAsks) finishRoaming();
         counters_.cells += simd::walkShadows(cut_, sweep_, slot, rest, block, leaving_, verdicts_);
         passOn(slot);
     }
@@ -129,11 +143,16 @@ void Walker::passOn(uint32_t slot) {
     for (simd::ShadowBlock* block : {&leaving_.ahead, &leaving_.aside}) {
         const bool ahead = block == &leaving_.ahead;
         const uint32_t next = ahead ? tile.ahead : tile.aside;
+        Open* open = block->count > 0 ? openBlock(next) : nullptr;
         for (int k = 0; k < block->count; ++k) {
             simd::ShadowRay ray = block->ray(k);
             if (next == kUnlikeTile) verdicts_[ray.source] = simd::kShadowUndecided;
             if (next == kUnlikeTile || next == kBeyondTerrain) continue;
             (ahead ? ray.row : ray.column) = 0;
+            if (open != nullptr && open->block.count < simd::kShadowRays) {
+                open->block.add(ray);
+                continue;
+            }
             const auto to = static_cast<size_t>(roaming_.count++);
             roaming_.rays[to] = ray;
             roaming_.slots[to] = next;
