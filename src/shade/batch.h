@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cstring>
 
 namespace terray {
 
@@ -33,6 +34,13 @@ struct Places {
     double i(int k) const { return static_cast<double>(x[k]) + static_cast<double>(dx[k]); }
     double j(int k) const { return static_cast<double>(y[k]) + static_cast<double>(dy[k]); }
 };
+/// Two codes of a row and two of the next, from the low end: one store instead of two or four.
+inline uint64_t fourCodes(const uint16_t* top, const uint16_t* bottom) {
+    uint32_t upper, lower;
+    std::memcpy(&upper, top, sizeof upper);
+    std::memcpy(&lower, bottom, sizeof lower);
+    return uint64_t{lower} << 32 | upper;
+}
 /// Colours, linear light.
 struct FloatsRgb {
     Floats r, g, b;

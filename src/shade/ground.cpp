@@ -20,8 +20,8 @@ namespace {
 /// What is read of tiles, before any arithmetic.
 struct Fetched {
     Ints tileX, tileY;
-    Ints post;                    ///< of the cell's first post in its tile
-    Lanes<uint32_t> top, bottom;  ///< two neighbouring codes each, the first in the low half
+    Ints post;              ///< of the cell's first post in its tile
+    Lanes<uint64_t> codes;  ///< of the four posts, from the low end
 };
 
 TERRAY_SIMD_CLONES
@@ -39,8 +39,8 @@ void placeCells(const HitBatch& h, Fetched& f, CellBatch& c) {
 TERRAY_SIMD_CLONES
 void splitCodes(const Fetched& f, CellBatch& c) {
     for (int k = 0; k < kBatch; ++k) {
-        const auto top = static_cast<int32_t>(f.top[k]);
-        const auto bottom = static_cast<int32_t>(f.bottom[k]);
+        const auto top = static_cast<int32_t>(f.codes[k]);
+        const auto bottom = static_cast<int32_t>(f.codes[k] >> 32);
         c.h00[k] = static_cast<float>(top & 0xFFFF);
         c.h10[k] = static_cast<float>((top >> 16) & 0xFFFF);
         c.h01[k] = static_cast<float>(bottom & 0xFFFF);
@@ -52,8 +52,7 @@ void splitCodes(const Fetched& f, CellBatch& c) {
 void fetchPosts(const uint16_t* tile, int begin, int end, Fetched& f, CellBatch&) {
     for (int k = begin; k < end; ++k) {
         const uint16_t* codes = tile + f.post[k];
-        std::memcpy(&f.top[k], codes, sizeof(uint32_t));
-        std::memcpy(&f.bottom[k], codes + kPostStride, sizeof(uint32_t));
+        f.codes[k] = fourCodes(codes, codes + kPostStride);
     }
 }
 void fetchPosts(const float* tile, int begin, int end, Fetched& f, CellBatch& c) {

@@ -47,7 +47,7 @@ void fillRims(const Overview& view, std::vector<float>& open) {
 struct SkyCells {
     Ints first, width;
     Floats u, v;
-    Lanes<uint32_t> top, bottom;  ///< two posts each, the first in the low half
+    Lanes<uint64_t> posts;  ///< all four, from the low end
 };
 
 TERRAY_SIMD_CLONES
@@ -106,7 +106,8 @@ void mixIn(const Floats& coarser, const Floats& coarse, Floats& open) {
 TERRAY_SIMD_CLONES
 void blendSky(const SkyCells& c, Floats& open) {
     for (int k = 0; k < kBatch; ++k) {
-        const auto top = static_cast<int32_t>(c.top[k]), bottom = static_cast<int32_t>(c.bottom[k]);
+        const auto top = static_cast<int32_t>(c.posts[k]);
+        const auto bottom = static_cast<int32_t>(c.posts[k] >> 32);
         const float u = c.u[k], v = c.v[k];
         const float upper = static_cast<float>(top & 0xFFFF) * (1 - u) +
                             static_cast<float>((top >> 16) & 0xFFFF) * u;
@@ -181,8 +182,7 @@ void SkyLight::readMips(const Ints& mip, const Places& places, Floats& open) con
     const uint16_t* const* posts = posts_.data();
     for (int k = 0; k < kBatch; ++k) {
         const uint16_t* first = posts[mip[k]] + cells.first[k];
-        std::memcpy(&cells.top[k], first, sizeof(uint32_t));
-        std::memcpy(&cells.bottom[k], first + cells.width[k], sizeof(uint32_t));
+        cells.posts[k] = fourCodes(first, first + cells.width[k]);
     }
     blendSky(cells, open);
 }
