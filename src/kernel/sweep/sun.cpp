@@ -4,11 +4,13 @@
 #include "kernel/sweep/sun.h"
 
 #include <oneapi/tbb/parallel_for_each.h>
+#include <sys/mman.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <new>
 
 #include "kernel/simd/block.h"
 #include "kernel/sweep/sun_tile.h"
@@ -307,7 +309,7 @@ void SunSweeper::prepare() {
     indexOf_.assign(cut_.tileCount, 0);
     waits_ = std::make_unique<std::atomic<int>[]>(drawn.size());
     sweep_.tiles_.resize(cut_.tileCount);
-    sweep_.entries_ = std::make_unique_for_overwrite<uint32_t[]>(kSweepEntries * drawn.size());
+    sweep_.entries_ = SunSweep::allocate(kSweepEntries * drawn.size());
     for (uint32_t n = 0; n < drawn.size(); ++n) place(n);
     for (uint32_t n = 0; n < drawn.size(); ++n) {
         describe(n);
@@ -317,6 +319,17 @@ void SunSweeper::prepare() {
                 ++waits_[n];
             });
     }
+}
+
+/// On huge pages, which lanes that read all over it need as much as for the posts. Its end is not
+/// rounded up.
+std::unique_ptr<uint32_t[], SunSweep::Free> SunSweep::allocate(size_t count) {
+    constexpr size_t kHugePage = size_t{2} << 20;
+    const size_t bytes = count * sizeof(uint32_t);
+    void* memory = nullptr;
+    if (posix_memalign(&memory, kHugePage, bytes) != 0) throw std::bad_alloc();
+    madvise(memory, bytes / kHugePage * kHugePage, MADV_HUGEPAGE);
+    return std::unique_ptr<uint32_t[], Free>(static_cast<uint32_t*>(memory));
 }
 
 std::shared_ptr<const SunSweep> SunSweep::make(const TerrainCut& cut, const SunDirection& sun) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <memory>
 #include <span>
 #include <vector>
@@ -101,7 +102,12 @@ private:
     const void* posts_ = nullptr;
     std::vector<uint32_t> drawn_;   ///< slots, in the order of the directory
     std::vector<SweptTile> tiles_;  ///< per slot
-    std::unique_ptr<uint32_t[]> entries_;
+    struct Free {
+        void operator()(uint32_t* entries) const { std::free(entries); }
+    };
+    static std::unique_ptr<uint32_t[], Free> allocate(size_t count);
+
+    std::unique_ptr<uint32_t[], Free> entries_;
     float anchorZ_ = 0, codeZ_ = 0, codeStep_ = 1;
     double slopeTolerance_ = 0;
 };
