@@ -80,8 +80,8 @@ TERRAY_SIMD_CLONES
 void askPlain(const HitBatch& hits, const Floats& facing, const Floats& height, SunAsks& asks) {
     static_assert(kSunAsks == kBatch);
     for (int k = 0; k < kBatch; ++k) {
-        const bool faces = (hits.own[k] != 0) & (facing[k] > 0);
-        asks.tile[k] = faces ? static_cast<uint32_t>(hits.tile[k]) : kNoSlot;
+        const float share = hits.own[k] != 0 ? facing[k] : 0.0f;
+        asks.tile[k] = share > 0.0f ? static_cast<uint32_t>(hits.tile[k]) : kNoSlot;
         asks.cell[k] = hits.cell[k];
         asks.u[k] = hits.u[k];
         asks.v[k] = hits.v[k];
