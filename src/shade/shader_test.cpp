@@ -280,6 +280,32 @@ TEST(Shader, SweptShadowsAreCastShadows) {
     EXPECT_GT(dark, 1000);
 }
 
+/// The way without sums gives the bytes of the way with them.
+TEST(Shader, ShowsAtOnceWhatSumsWouldShow) {
+    const FunctionSource source(300, 280, 10, hills);
+    ShadeScene scene(source, cameraOver(source, 97, 61));
+    const auto hits = scene.hits();
+    size_t seen = 0, missed = 0;
+    for (const Hit& hit : hits) ++(isHit(hit) ? seen : missed);
+    EXPECT_GT(seen, 1000u);
+    EXPECT_GT(missed, 100u);
+    for (const char* background : {"transparent", "sky", "#804020"}) {
+        for (const Shading shading : {Shading::Ramp, Shading::Light, Shading::Hillshade}) {
+            scene.settings.options.background = background;
+            scene.settings.shading = shading;
+            const auto shader = scene.shader();
+            ASSERT_NE(shader, nullptr);
+            ShadeCounters counters;
+            std::vector<Colour> sum(hits.size());
+            shader->shadeTile(scene.tile(), {0.5, 0.5}, hits, 1.0f, sum, counters);
+            std::vector<uint8_t> resolved(4 * hits.size()), shown(4 * hits.size(), 77);
+            shader->toDisplay(sum, resolved);
+            shader->showTile(scene.tile(), {0.5, 0.5}, hits, shown, counters);
+            EXPECT_EQ(resolved, shown) << background << " " << static_cast<int>(shading);
+        }
+    }
+}
+
 TEST(Shader, FarRoughGroundIsCalm) {
     // White noise of two metres on a plain, seen from so far that a pixel holds hundreds of posts.
     std::mt19937 random(8);
