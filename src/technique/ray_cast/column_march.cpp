@@ -3,163 +3,21 @@
 #include "technique/ray_cast/column_march.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include "base/assert.h"
-#include "kernel/beam.h"
-#include "kernel/columns.h"
-#include "technique/ray_cast/march_view.h"
-#include "technique/ray_cast/neighbours.h"
+#include "technique/ray_cast/marcher.h"
 
 namespace terray {
 namespace {
 
-constexpr int kChunkRows = 16;  ///< rows that share an anchor and their checks for sharp ground
-constexpr int kGroupColumns = 16;
-/// A ray may begin where rays so many rows below it have hit: the farther below, the sharper the
-/// ground must be that could hide between them.
-constexpr int kMostRows = 4;
-constexpr int kGroups = kMarchColumns / kGroupColumns;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Rays nearer to the vertical than this (metres ahead per metre) do not share: "ahead" says too
 /// little there.
 constexpr double kLeastAhead = 0.05;
-/// Level at which a ray that has begun near its hit enters a tile.
-constexpr int kNearLevel = 3;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-RayTerms sumOf(const RayTerms& a, const RayTerms& b) {
-    RayTerms sum;
-    for (size_t k = 0; k < sum.size(); ++k) sum[k] = a[k] + b[k];
-    return sum;
-}
-
-/// The greatest of some numbers, several at a time.
-float greatestOf(const float* values, int count) {
-    constexpr int kAtOnce = 16;
-    if (count < kAtOnce) return *std::max_element(values, values + count);
-    std::array<float, kAtOnce> most;
-    std::copy_n(values, kAtOnce, most.begin());
-    for (int first = kAtOnce; first < count; first += kAtOnce) {
-        const float* next = values + std::min(first, count - kAtOnce);
-        for (size_t k = 0; k < most.size(); ++k) most[k] = std::max(most[k], next[k]);
-    }
-    return *std::max_element(most.begin(), most.end());
-}
-
-/// Pixels of a tile that are traced one by one, at most a batch.
-struct Loose {
-    std::array<int, kBatchRays> column, row;
-    size_t count = 0;
-    void add(int c, int r) {
-        column[count] = c;
-        row[count++] = r;
-    }
-};
-
-class Marcher {
-public:
-    Marcher(const TerrainCut& cut, const RayFrame& frame, const MarchView& view,
-            std::span<Hit> hits, size_t stride, TraceCounters& counters)
-        : cut_(cut),
-          frame_(frame),
-          view_(view),
-          rays_(view_.rays),
-          tile_(view_.tile),
-          hits_(hits),
-          stride_(stride),
-          counters_(counters) {}
-
-    void march();
-
-private:
-    int sideOf(int row) const;
-    void turnTo(int side);
-    void marchRun(int first, int last);
-    void forget();
-    bool marchChunk(int first, int last, bool upwards);
-    std::optional<Neighbours> chooseNeighbours(int top, int bottom);
-    void marchOneRow(int row);
-    void placeTile(int row);
-    MarchRow placeRow(const RayTerms& terms) const;
-    void lookBeyond(int group);
-    bool mayHideGround() const;
-    void limitBegins(int row, const RayTerms& terms);
-    void traceLeft(int row, std::span<const int32_t> left);
-    void traceEdges();
-    void fixHits(int row, std::span<const int32_t> left);
-    void traceBegun(const Loose& loose);
-    void traceFresh(const Loose& loose, const Beam& beam);
-    void trace(RayBatch& batch, const Loose& loose, int level);
-    void fillBatch(const Loose& loose, RayBatch& batch) const;
-    Beam pixelBeam(int begin, int end, int firstRow, int lastRow) const;
-    void castRows(int first, int last) const;
-    Hit& hitAt(int row, int column) { return hits_[view_.indexOf(row, column, stride_)]; }
-    double px(int column) const { return view_.px(column); }
-    double py(int row) const { return view_.py(row); }
-    /// The row from which a row knows where to begin.
-    int rowBelow(int row) const {
-        return row + (neighbours_.upwards ? neighbours_.rows : -neighbours_.rows);
-    }
-    /// What is known of the row `rows` below the one to come.
-    float* known(int rows) {
-        return known_[(rowsKnown_ + kMostRows + 1 - rows) % (kMostRows + 1)] + kMarchPad;
-    }
-    float farthestKnown() { return greatestOf(known(1), tile_.width); }
-    /// Columns that have all rays of the row below that they need.
-    int firstInner() const { return neighbours_.left(); }
-    int lastInner() const { return tile_.width - 1 - neighbours_.right(); }
-    RayTerms makeRow(int row) const {
-        RayTerms terms = rays_.rowTerms(py(row));
-        terms[kTermForward0] *= side_;
-        terms[kTermForward] *= side_;
-        return terms;
-    }
-    /// Of the chunk's rows, and of the one below them.
-    const RayTerms& rowTerms(int row) const {
-        return rows_[static_cast<size_t>(std::abs(row - rowBelow(chunkFirst_)))];
-    }
-    /// What is known of a ray once it has been traced.
-    float& forwardOf(int column, int row) {
-        const bool edge = column < firstInner() || column > lastInner();
-        return edge ? edges_[std::abs(row - chunkFirst_)][column] : lanes_.forward[column];
-    }
-    /// Metres ahead, rounded down, at a distance along a ray.
-    float aheadOf(int column, int row, double t) const {
-        const RayTerms ray = sumOf(columns_[static_cast<size_t>(column)], rowTerms(row));
-        const double w = (1 - 1e-6) * t / std::sqrt(ray[kTermLength2]);
-        const double ahead = ray[kTermForward0] + w * ray[kTermForward];
-        return static_cast<float>(std::clamp(ahead, 0.0, 1e30));
-    }
-
-    const TerrainCut& cut_;
-    const RayFrame& frame_;
-    const MarchView& view_;
-    const RayFrame& rays_;
-    const ImageTile& tile_;
-    std::span<Hit> hits_;
-    const size_t stride_;
-    TraceCounters& counters_;
-    std::array<RayTerms, kMarchColumns> columns_;
-    RayTerms middle_{};
-    // of the run
-    int side_ = 1;  ///< -1: its rays look backwards
-    Neighbours neighbours_;
-    /// Metres ahead known of the last rows' rays, in turns.
-    alignas(64) float known_[kMostRows + 1][kMarchPad + kMarchColumns + kMarchPad];
-    int rowsKnown_ = 0;
-    // of the chunk
-    int chunkFirst_ = 0, chunkLast_ = 0;
-    std::array<RayTerms, kChunkRows + kMostRows> rows_{};
-    MarchTile march_;
-    MarchLanes lanes_;
-    std::array<std::optional<BeamWalk>, kGroups> sharp_;
-    /// Metres ahead known of edge columns, by row of the chunk.
-    float edges_[kChunkRows][kMarchColumns];
-    std::array<Hit, kMarchColumns> turnedHits_;
-};
+}  // namespace
 
 /// +1 if all rays of a row look ahead, -1 if all look back, 0 if one is too near the vertical.
 int Marcher::sideOf(int row) const {
@@ -334,19 +192,6 @@ Beam Marcher::pixelBeam(int begin, int end, int firstRow, int lastRow) const {
     return beamOf(rays_, tile_.x + begin, tile_.y + low, end - begin, high - low + 1);
 }
 
-/// Columns at the tile's sides lack a ray between which they stand: traced for the whole chunk.
-void Marcher::traceEdges() {
-    const int step = neighbours_.upwards ? -1 : 1;
-    const auto trace = [&](int begin, int end) {
-        Loose loose;
-        for (int row = chunkFirst_; row != chunkLast_ + step; row += step)
-            for (int c = begin; c < end; ++c) loose.add(c, row);
-        if (loose.count > 0) traceFresh(loose, pixelBeam(begin, end, chunkFirst_, chunkLast_));
-    };
-    trace(0, firstInner());
-    trace(lastInner() + 1, tile_.width);
-}
-
 /// Where the row below has missed all, a bundle of the chunk's rays tells most of what is to be
 /// told.
 void Marcher::lookBeyond(int group) {
@@ -442,120 +287,6 @@ void Marcher::marchOneRow(int row) {
     ++rowsKnown_;
     std::copy_n(lanes_.forward, tile_.width, known(1));
 }
-
-/// What the lanes of a row have left goes to the tracer.
-void Marcher::traceLeft(int row, std::span<const int32_t> left) {
-    Loose begun, fresh;
-    fixHits(row, left);
-    const auto traceFreshOnes = [&] {
-        traceFresh(fresh, pixelBeam(fresh.column[0], fresh.column[fresh.count - 1] + 1, row, row));
-        fresh.count = 0;
-    };
-    for (const int c : left) {
-        if (lanes_.result[c] != kMarchLeft) continue;
-        if (lanes_.begun[c] != 0) {
-            if (begun.count == begun.column.size()) {
-                traceBegun(begun);
-                begun.count = 0;
-            }
-            begun.add(c, row);
-            continue;
-        }
-        // Bundles of a few columns reach farther.
-        const bool wide = fresh.count > 0 && c >= fresh.column[0] + kGroupColumns;
-        if (wide || fresh.count == fresh.column.size()) traceFreshOnes();
-        fresh.add(c, row);
-    }
-    if (begun.count > 0) traceBegun(begun);
-    if (fresh.count > 0) traceFreshOnes();
-}
-
-/// Distances of the hits whose cells are known; what is not found there is left.
-void Marcher::fixHits(int row, std::span<const int32_t> left) {
-    for (size_t next = 0; next < left.size();) {
-        Loose loose;
-        for (; next < left.size() && loose.count < loose.column.size(); ++next)
-            if (lanes_.result[left[next]] == kMarchCell) loose.add(left[next], row);
-        if (loose.count == 0) continue;
-        RayBatch batch;
-        std::array<Hit, kBatchRays> found;
-        for (size_t k = 0; k < loose.count; ++k) found[k] = hitAt(row, loose.column[k]);
-        fillBatch(loose, batch);
-        hitsInCells(cut_, batch, static_cast<int>(loose.count),
-                    std::span(found).first(loose.count));
-        for (size_t k = 0; k < loose.count; ++k) {
-            const int column = loose.column[k];
-            if (!isHit(found[k])) {
-                lanes_.result[column] = kMarchLeft;  // after all
-                continue;
-            }
-            hitAt(row, column) = found[k];
-            lanes_.forward[column] = aheadOf(column, row, static_cast<double>(found[k].t));
-            ++counters_.rays;
-            ++counters_.columns;
-            ++counters_.hits;
-        }
-    }
-}
-
-void Marcher::fillBatch(const Loose& loose, RayBatch& batch) const {
-    std::array<double, kBatchRays> x, y;
-    for (size_t k = 0; k < loose.count; ++k) {
-        x[k] = px(loose.column[k]);
-        y[k] = py(loose.row[k]);
-    }
-    rays_.fillBatch(std::span(x).first(loose.count), std::span(y).first(loose.count), 0.0, batch);
-}
-
-/// Rays that the row below has told where to begin, from where their lanes have come to.
-void Marcher::traceBegun(const Loose& loose) {
-    RayBatch batch;
-    fillBatch(loose, batch);
-    for (size_t k = 0; k < loose.count; ++k)
-        batch.clear[k] = std::max(static_cast<double>(lanes_.clear[loose.column[k]]), 0.0);
-    counters_.columns += loose.count;
-    trace(batch, loose, kNearLevel);
-    for (size_t k = 0; k < loose.count; ++k) {
-        Hit& hit = hitAt(loose.row[k], loose.column[k]);
-        const int steps = hit.steps + lanes_.steps[loose.column[k]];
-        hit.steps = static_cast<uint16_t>(std::min(steps, 0xFFFF));
-    }
-}
-
-/// Rays of which nothing is known, from where a bundle of all of them ends.
-void Marcher::traceFresh(const Loose& loose, const Beam& beam) {
-    RayBatch batch;
-    fillBatch(loose, batch);
-    BeamWalk walk(cut_, beam);
-    const double clear = walk.clearTo(kInfinity);
-    for (size_t k = 0; k < loose.count; ++k) {
-        const RayTerms& column = columns_[static_cast<size_t>(loose.column[k])];
-        batch.clear[k] =
-            clear * std::sqrt(column[kTermLength2] + rowTerms(loose.row[k])[kTermLength2]);
-    }
-    counters_.beams += loose.count;
-    trace(batch, loose, walk.level());
-}
-
-void Marcher::trace(RayBatch& batch, const Loose& loose, int level) {
-    std::array<Hit, kBatchRays> found;
-    firstHits(cut_, batch, static_cast<int>(loose.count), level,
-              std::span(found).first(loose.count), counters_);
-    for (size_t k = 0; k < loose.count; ++k) {
-        const int c = loose.column[k], row = loose.row[k];
-        const Hit& hit = hitAt(row, c) = found[k];
-        lanes_.past[c] = !isHit(hit);
-        float& forward = forwardOf(c, row);
-        forward = -1.0f;
-        if (!batch.above[k]) continue;
-        forward = 0.0f;  // all that is known of a ray that is never near the terrain
-        if (!isHit(hit) && batch.end[k] < batch.begin[k]) continue;
-        const double t = isHit(hit) ? static_cast<double>(hit.t) : batch.end[k];
-        forward = aheadOf(c, row, t);
-    }
-}
-
-}  // namespace
 
 void marchTile(const TerrainCut& cut, const RayFrame& rays, const ImageTile& tile, Vec2 offset,
                std::span<Hit> hits, size_t stride, TraceCounters& counters) {

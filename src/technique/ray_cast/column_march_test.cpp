@@ -14,6 +14,7 @@
 #include "raster/synthetic.h"
 #include "stream/cut.h"
 #include "stream/test_source.h"
+#include "technique/ray_cast/march_view.h"
 #include "technique/ray_cast/neighbours.h"
 
 namespace terray {
@@ -181,6 +182,36 @@ TEST(Neighbours, StandAsideWhereTheViewIsRolled) {
     EXPECT_EQ(right->left(), left->right());
     EXPECT_EQ(right->right(), left->left());
     EXPECT_FALSE(std::isinf(right->sharp.at));
+}
+
+TEST(Neighbours, TakeSharperGroundToHideAboveRowsFartherBelow) {
+    const RayFrame frame = frameOf(looks()[2]);
+    const PixelBlock left{0.5, 20.5, 8.5, 30.5};
+    const auto next = neighboursOf(frame, left, 1, 1), second = neighboursOf(frame, left, 1, 2);
+    ASSERT_TRUE(next && second);
+    EXPECT_EQ(second->rows, 2);
+    EXPECT_GT(second->last - second->first, 0);
+    EXPECT_GT(second->sharp.at, 1.9 * next->sharp.at);
+}
+
+TEST(MarchView, GoesSidewaysWhereRowsStandAside) {
+    const ImageTile right{40, 18, 12, 8}, above{22, 2, 10, 8};
+    const RayFrame down = frameOf(looks()[3]), level = frameOf(looks()[0]);
+    EXPECT_TRUE(viewFor(down, right, {0.5, 0.5}).turned);
+    EXPECT_FALSE(viewFor(down, above, {0.5, 0.5}).turned);
+    EXPECT_FALSE(viewFor(level, right, {0.5, 0.5}).turned);
+    EXPECT_TRUE(viewFor(frameOf(looks()[7]), above, {0.5, 0.5}).turned);
+}
+
+TEST(MarchView, HasTheSameRays) {
+    const RayFrame frame = frameOf(looks()[3]);
+    const MarchView view = viewFor(frame, {40, 18, 12, 8}, {0.25, 0.75});
+    ASSERT_TRUE(view.turned);
+    const Ray a = frame.rayThrough(43.25, 20.75), b = view.rays.rayThrough(view.px(2), view.py(3));
+    EXPECT_DOUBLE_EQ(a.dx, b.dx);
+    EXPECT_DOUBLE_EQ(a.dy, b.dy);
+    EXPECT_DOUBLE_EQ(a.dz, b.dz);
+    EXPECT_EQ(view.indexOf(3, 2, 100), size_t{203});
 }
 
 TEST(Neighbours, AreNoneWhereTheViewLiesOnItsSide) {
