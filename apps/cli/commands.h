@@ -9,6 +9,8 @@
 namespace terray::cli {
 
 void addInfo(CLI::App& program);
+void addBake(CLI::App& program);
+void addVerify(CLI::App& program);
 void addRender(CLI::App& program);
 void addQuery(CLI::App& program);
 void addLists(CLI::App& program);  ///< techniques, shadings

@@ -80,6 +80,8 @@ int run(const std::vector<std::string>& arguments) {
     program.require_subcommand(1);
     program.get_formatter()->column_width(34);
     addInfo(program);
+    addBake(program);
+    addVerify(program);
     addRender(program);
     addQuery(program);
     addLists(program);

@@ -29,6 +29,8 @@ struct SourceOptions {
 
     void addTo(CLI::App& command);
     void addPhotoTo(CLI::App& command);
+    /// All but SOURCE itself. `memory` says the default budget.
+    void addReadingTo(CLI::App& command, const std::string& memory);
 };
 
 /// Camera flags over a camera file.

@@ -34,9 +34,15 @@ CLI::Option* addSwitch(CLI::App& command, const std::string& group, const std::s
 }
 
 void SourceOptions::addTo(CLI::App& command) {
-    command.add_option("SOURCE", source, "a DEM: any raster that GDAL reads, local or /vsicurl/")
+    command
+        .add_option("SOURCE", source,
+                    "a DEM: any raster that GDAL reads, local or /vsicurl/; or a .terray store")
         ->type_name("")
         ->required();
+    addReadingTo(command, "the smaller of 2GiB and half of the RAM");
+}
+
+void SourceOptions::addReadingTo(CLI::App& command, const std::string& memory) {
     addText(command, kData, "--assign-crs", "EPSG:n", "the source's CRS",
             [this](const std::string& text) { open.assignCrs = text; });
     addText(command, kData, "--crs", "EPSG:n", "the CRS to work in (default: by rule, said)",
@@ -65,8 +71,7 @@ void SourceOptions::addTo(CLI::App& command) {
                 if (open.threads < 1 || open.threads > 4096)
                     failUsage(fmt::format("--threads: {} is out of range; give 1 to 4096", text));
             });
-    addText(command, kMachine, "--memory", "SIZE",
-            "memory budget (default: the smaller of 2GiB and half of the RAM)",
+    addText(command, kMachine, "--memory", "SIZE", "memory budget (default: " + memory + ")",
             [this](const std::string& text) { open.memoryBytes = parseBytes("--memory", text); });
     addSwitch(command, kMachine, "-q,--quiet", "no notes and no progress bar", quiet);
 }

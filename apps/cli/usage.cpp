@@ -45,6 +45,12 @@ std::string usageMessage(const CLI::ParseError& error, const std::string& comman
         case CLI::ExitCodes::RequiredError:
             if (what.find("SOURCE") != std::string::npos)
                 return fmt::format("SOURCE is missing: which terrain?; {}", help);
+            if (what.find("--output") != std::string::npos)
+                return fmt::format("-o is missing: where to write the store?; {}", help);
+            if (what.find("DEM") != std::string::npos)
+                return fmt::format("DEM is missing: what to bake?; {}", help);
+            if (what.find("STORE") != std::string::npos)
+                return fmt::format("STORE is missing: which store?; {}", help);
             return fmt::format("what to do is missing; {}", help);
         default: return fmt::format("{}; {}", what, help);
     }

@@ -2,6 +2,7 @@
 // The whole public API.
 #pragma once
 
+#include "terray/bake.h"
 #include "terray/options.h"
 #include "terray/process.h"
 #include "terray/query.h"

@@ -3,6 +3,7 @@
 #include "base/stopwatch.h"
 #include "engine/describe.h"
 #include "engine/memory_rule.h"
+#include "engine/open_store.h"
 #include "raster/dem.h"
 #include "stream/resident.h"
 #include "terray/terrain.h"
@@ -21,6 +22,13 @@ void describeLattice(const TerrainInfo& info, SourceInfo& facts) {
 
 Result<SourceInfo> inspect(const std::string& source, const OpenOptions& options, bool scan) {
     initialiseGdal(gdalCacheBytes(options.memoryBytes, physicalMemoryBytes()));
+    if (isStore(source)) {
+        const auto store = openStore(source, options);
+        if (!store) return store.error();
+        SourceInfo facts = describeStore(**store);
+        describeLattice((*store)->info(), facts);
+        return facts;
+    }
     auto dem = openDem(source, options);
     if (!dem) return dem.error();
     SourceInfo facts = std::move(dem->facts);

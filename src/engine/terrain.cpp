@@ -12,6 +12,7 @@
 #include "base/stopwatch.h"
 #include "engine/describe.h"
 #include "engine/memory_rule.h"
+#include "engine/open_store.h"
 #include "engine/terrain_state.h"
 #include "raster/dem.h"
 
@@ -30,11 +31,46 @@ Result<void> loadPhotoOf(Terrain::State& state, const OpenOptions& options, uint
     return {};
 }
 
+/// What is the same for a DEM and a store once its tiles are resident.
+Result<void> finish(Terrain::State& state, const std::string& source, const OpenOptions& options,
+                    uint64_t photoBytes) {
+    state.finest = finestCut(*state.resident, kSurfaceBilinear);
+    describeLattice(state.resident->info(), state.facts);
+    state.facts.hasRange = true;
+    state.facts.minHeight = static_cast<double>(state.resident->info().minZ);
+    state.facts.maxHeight = static_cast<double>(state.resident->info().maxZ);
+    state.facts.holes = static_cast<int64_t>(state.build.holes);
+    if (state.isEmpty())
+        log::warning("'{}' has no sample with a height: there is nothing to see", source);
+    return loadPhotoOf(state, options, photoBytes);
+}
+
+Result<void> openStoreInto(Terrain::State& state, const std::string& source,
+                           const OpenOptions& options, uint64_t physical) {
+    const Stopwatch watch;
+    auto store = openStore(source, options);
+    if (!store) return store.error();
+    const uint64_t required = ResidentTerrain::requiredBytes((*store)->info());
+    auto plan = planMemory(source, required, options.memoryBytes, physical);
+    if (!plan) return plan.error();
+    const double headerMs = watch.elapsedMs();
+    auto resident = ResidentTerrain::build(**store, plan->budget, state.build);
+    if (!resident) return resident.error();
+    state.resident = std::move(*resident);
+    state.dataCrsWkt = (*store)->manifest().dataCrsWkt;
+    state.facts = describeStore(**store);
+    const Stopwatch photoWatch;
+    TERRAY_TRY(finish(state, source, options, plan->photo));
+    state.build.loadMs += headerMs + photoWatch.elapsedMs();
+    return {};
+}
+
 Result<void> openInto(Terrain::State& state, const std::string& source,
                       const OpenOptions& options) {
     const Stopwatch watch;
     const uint64_t physical = physicalMemoryBytes();
     initialiseGdal(gdalCacheBytes(options.memoryBytes, physical));
+    if (isStore(source)) return openStoreInto(state, source, options, physical);
     auto dem = openDem(source, options);
     if (!dem) return dem.error();
     const uint64_t required = ResidentTerrain::requiredBytes(dem->source->info());
@@ -45,20 +81,10 @@ Result<void> openInto(Terrain::State& state, const std::string& source,
     auto resident = ResidentTerrain::build(*dem->source, plan->budget, state.build);
     if (!resident) return resident.error();
     state.resident = std::move(*resident);
-    state.finest = finestCut(*state.resident, kSurfaceBilinear);
     state.dataCrsWkt = dem->dataCrsWkt;
     state.facts = std::move(dem->facts);
-    describeLattice(state.resident->info(), state.facts);
-    state.facts.hasRange = true;
-    state.facts.minHeight = static_cast<double>(state.resident->info().minZ);
-    state.facts.maxHeight = static_cast<double>(state.resident->info().maxZ);
-    state.facts.holes = static_cast<int64_t>(state.build.holes);
-
-    if (state.isEmpty())
-        log::warning("'{}' has no sample with a height: there is nothing to see", source);
-
     const Stopwatch photoWatch;
-    TERRAY_TRY(loadPhotoOf(state, options, plan->photo));
+    TERRAY_TRY(finish(state, source, options, plan->photo));
     state.build.loadMs += headerMs + photoWatch.elapsedMs();
     if (isInterrupted()) return makeError(ErrorCode::Interrupted, "interrupted");
     return {};

@@ -300,7 +300,7 @@ Result<void> scanSynthetic(const HeightSource& source, SourceInfo& facts) {
 
 }  // namespace
 
-Result<Dem> openDem(const std::string& path, const OpenOptions& options) {
+Result<Dem> openDem(const std::string& path, const OpenOptions& options, RangeScan scan) {
     Result<std::unique_ptr<HeightSource>> synthetic = makeSynthetic(path);
     if (!synthetic) return synthetic.error();
     if (*synthetic) return describeSynthetic(std::move(*synthetic));
@@ -320,8 +320,9 @@ Result<Dem> openDem(const std::string& path, const OpenOptions& options) {
     info.ellipsoidRadius = *radius;
     std::optional<PostCodes> codes;
     if (!plan) {
-        const Result<std::optional<PostCodes>> found =
-            findCodes(d.header, memoryBudget(options.memoryBytes), dem.facts);
+        const uint64_t budget =
+            scan == RangeScan::Always ? UINT64_MAX : memoryBudget(options.memoryBytes);
+        const Result<std::optional<PostCodes>> found = findCodes(d.header, budget, dem.facts);
         if (!found) return found.error();
         codes = *found;
     }
@@ -329,6 +330,7 @@ Result<Dem> openDem(const std::string& path, const OpenOptions& options) {
         info.format = PostFormat::Int16;
         info.z0 = codes->z0;
         info.zStep = codes->zStep;
+        dem.heightStep = d.header.rules.scale * d.header.rules.metresPerUnit;
     }
     if (dem.facts.minHeight <= dem.facts.maxHeight) {
         info.minZ = static_cast<float>(dem.facts.minHeight);

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "raster/gdal_handle.h"
+#include "dataset/gdal_handle.h"
 #include "terray/options.h"
 
 namespace terray {

@@ -10,6 +10,7 @@
 #include <limits>
 #include <string_view>
 
+#include "base/stopwatch.h"
 #include "raster/georeference.h"
 
 namespace terray {
@@ -270,6 +271,11 @@ Result<OpenedRaster> openRaster(const std::string& name) {
     opened = {openDataset(parts.front()), parts.front()};
     if (!opened.dataset || opened.dataset->GetRasterCount() == 0) return openError(parts.front());
     return opened;
+}
+
+uint64_t memoryBudget(uint64_t memoryBytes) {
+    if (memoryBytes != 0) return memoryBytes;
+    return std::min<uint64_t>(uint64_t{2} << 30, physicalMemoryBytes() / 2);
 }
 
 Result<RasterHeader> readHeader(const std::string& name, const OpenOptions& options) {

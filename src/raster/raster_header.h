@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "raster/gdal_handle.h"
+#include "dataset/gdal_handle.h"
 #include "terray/options.h"
 #include "terray/terrain.h"
 
@@ -57,6 +57,9 @@ struct OpenedRaster {
     std::string gdalName;
 };
 Result<OpenedRaster> openRaster(const std::string& name);
+
+/// Memory that one terrain may take: --memory, or the smaller of 2 GiB and half of the RAM.
+uint64_t memoryBudget(uint64_t memoryBytes);
 
 /// Reads and checks the header. Errors: Input, Usage (band, encoding).
 Result<RasterHeader> readHeader(const std::string& name, const OpenOptions& options);

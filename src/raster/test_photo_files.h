@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "raster/gdal_handle.h"
+#include "dataset/gdal_handle.h"
 
 namespace terray {
 

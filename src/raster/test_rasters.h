@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
+#include "dataset/gdal_handle.h"
 #include "raster/dem.h"
-#include "raster/gdal_handle.h"
 
 namespace terray::test {
 

@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/progress.h"
-#include "stream/workers.h"
+#include "base/workers.h"
+#include "tile/block_bounds.h"
 
 namespace terray {
 namespace {
@@ -42,7 +44,29 @@ public:
             [this](SurfaceComparer& comparer, Strip strip) { measureStrip(comparer, strip); }));
         for (uint32_t slot = pool_.mips > 1 ? pool_.firstSlot[1] : 0; slot < pool_.tiles.size();
              ++slot) {
-            inheritFromFiner(slot);
+            inheritBlocks(slot);
+        }
+        return {};
+    }
+
+    /// What is left to do for finished tiles: pyramids; bounds but for heights are the source's.
+    Result<void> take(const TileSource& source) {
+        Progress progress("Building pyramids", static_cast<double>(pool_.tiles.size()));
+        TERRAY_TRY(eachSlot(progress));
+        for (uint32_t slot = 0; slot < pool_.tiles.size(); ++slot) {
+            const TileId id = pool_.ids[slot];
+            const auto width = static_cast<size_t>(pool_.scheme.tilesX(id.mip)) * kTileBlocks;
+            for (int k = 0; k < kBlocksPerTile; ++k) {
+                const int x = k % kTileBlocks, y = k / kTileBlocks;
+                const size_t row = static_cast<size_t>(id.y) * kTileBlocks + static_cast<size_t>(y);
+                const size_t column =
+                    static_cast<size_t>(id.x) * kTileBlocks + static_cast<size_t>(x);
+                BlockBounds& out = block(slot, x, y);
+                const BlockBounds own =
+                    std::exchange(out, source.bounds(id.mip)[row * width + column]);
+                out.minZ = own.minZ;
+                out.maxZ = own.maxZ;
+            }
         }
         return {};
     }
@@ -87,9 +111,9 @@ private:
     void makePyramid(uint32_t slot);
     void makeSharpness(uint32_t slot);
     void measureStrip(SurfaceComparer& comparer, Strip strip);
-    void measureSteps(Strip strip);
+    void measureStepsOf(Strip strip);
     void measureErrors(SurfaceComparer& comparer, Strip strip, int coarseMip, int fineMip);
-    void inheritFromFiner(uint32_t slot);
+    void inheritBlocks(uint32_t slot);
 
     BlockBounds& block(uint32_t slot, int x, int y) {
         return pool_
@@ -133,19 +157,12 @@ void Builder::makePyramid(uint32_t slot) {
             ? buildPyramid(pool_.postsOf<const uint16_t>(slot), cellsX, cellsY, tile, bounds)
             : buildPyramid(pool_.postsOf<const float>(slot), cellsX, cellsY, tile, bounds);
     for (int k = 0; k < kBlocksPerTile; ++k) {
-        BlockBounds& out = block(slot, k % kTileBlocks, k / kTileBlocks);
         const uint32_t entry = bounds[levelOffset(kBlockLevel) + static_cast<uint32_t>(k)];
         const auto height = [&](uint32_t code) {
             return std::fma(tile.boundsStep, static_cast<float>(code), tile.boundsZ0);
         };
-        if (entry == kEmptyBounds) {
-            out.minZ = 0;
-            out.maxZ = -1;
-            continue;
-        }
-        out.minZ = height(entry & 0xFFFFu);
-        out.maxZ = height(entry >> 16);
-        if (id.mip == 0) out.flags |= kBlockFinestHasCells;
+        setHeights(block(slot, k % kTileBlocks, k / kTileBlocks), id.mip, entry == kEmptyBounds,
+                   height(entry & 0xFFFFu), height(entry >> 16));
     }
 }
 
@@ -196,12 +213,12 @@ void Builder::makeSharpness(uint32_t slot) {
 
 void Builder::measureStrip(SurfaceComparer& comparer, Strip strip) {
     const int mip = pool_.ids[strip.slot].mip;
-    measureSteps(strip);
+    measureStepsOf(strip);
     if (mip + 1 < pool_.mips) measureErrors(comparer, strip, mip + 1, mip);
     if (mip >= 2) measureErrors(comparer, strip, mip, 0);
 }
 
-void Builder::measureSteps(Strip strip) {
+void Builder::measureStepsOf(Strip strip) {
     const TileId id = pool_.ids[strip.slot];
     const int width = pool_.cellsX(id) + 1, rows = stripRows(strip);
     std::vector<float> posts(static_cast<size_t>(width) * static_cast<size_t>(rows + 1));
@@ -209,16 +226,8 @@ void Builder::measureSteps(Strip strip) {
         pool_.decodeRow(strip.slot, strip.blockRow * kBlockCells + row, 0, width,
                         posts.data() + static_cast<ptrdiff_t>(row) * width);
     }
-    for (int x = 0; x * kBlockCells < width - 1; ++x) {
-        const int cells = std::min(kBlockCells, width - 1 - x * kBlockCells);
-        const CellSteps steps = measureCells(posts.data() + static_cast<ptrdiff_t>(x) * kBlockCells,
-                                             width, cells, rows);
-        BlockBounds& out = block(strip.slot, x, strip.blockRow);
-        out.maxSlope = maxWorldSlope(steps, pool_.worldFromLattice, id.mip);
-        out.cellRange = steps.cellRange * (1 + 0x1p-20f);
-        if (steps.hasHoles) out.flags |= kBlockHasHoles;
-        if (steps.hasHoles && id.mip == 0) out.flags |= kBlockFinestHasHoles;
-    }
+    measureSteps(posts.data(), width, width - 1, rows, pool_.worldFromLattice, id.mip,
+                 {&block(strip.slot, 0, strip.blockRow), kTileBlocks});
 }
 
 /// Either fineMip == 0: errors of the strip's own mip to mip 0; or coarseMip is the next mip:
@@ -242,26 +251,15 @@ void Builder::measureErrors(SurfaceComparer& comparer, Strip strip, int coarseMi
         const auto posts = static_cast<int>(worst.size());
         for (int b = 0; b < together && b * blockPosts < posts - 1; ++b) {
             BlockBounds& out = block(strip.slot, x + b, strip.blockRow);
-            float error = 0;
-            for (int k = b * blockPosts; k <= std::min((b + 1) * blockPosts, posts - 1); ++k) {
-                error = std::max(error, worst[static_cast<size_t>(k)]);
-            }
-            const float magnitude = std::max(std::abs(out.minZ), std::abs(out.maxZ)) + error;
-            error += out.minZ > out.maxZ ? 0.0f : differenceRounding(magnitude, shift);
-            (toNext ? out.errorToNext : out.errorToFinest) = error;
+            const float error = largestError(worst, b * blockPosts, (b + 1) * blockPosts);
+            (toNext ? out.errorToNext : out.errorToFinest) = withRounding(error, out, shift);
         }
     }
 }
 
-/// What a block takes over from the four blocks of the next finer mip in it. Mip 1's error to mip 0
-/// is mip 0's error to mip 1.
-void Builder::inheritFromFiner(uint32_t slot) {
+void Builder::inheritBlocks(uint32_t slot) {
     const TileId id = pool_.ids[slot];
     if (id.mip == 0) return;
-    const Affine2& map = pool_.worldFromLattice;
-    const double diagonal =
-        std::max(glm::length(map.column + map.row), glm::length(map.column - map.row));
-    const auto diagonalOfCell = static_cast<float>(std::ldexp(diagonal, id.mip) * (1 + 1e-6));
     for (int k = 0; k < kBlocksPerTile; ++k) {
         const int x = k % kTileBlocks, y = k / kTileBlocks;
         BlockBounds& out = block(slot, x, y);
@@ -271,21 +269,19 @@ void Builder::inheritFromFiner(uint32_t slot) {
                                2 * id.y + childY / kTileBlocks};
             const uint32_t finerSlot = pool_.slotOf(finer);
             if (finerSlot == kNoSlot) continue;
-            const BlockBounds& in = block(finerSlot, childX % kTileBlocks, childY % kTileBlocks);
-            out.flags |= in.flags & (kBlockFinestHasHoles | kBlockFinestHasCells);
-            out.cellRange = std::max(out.cellRange, in.cellRange);
-            if (id.mip == 1) out.errorToFinest = std::max(out.errorToFinest, in.errorToNext);
+            inheritFromFiner(out, block(finerSlot, childX % kTileBlocks, childY % kTileBlocks),
+                             id.mip);
         }
-        const bool finestHoles = (out.flags & kBlockFinestHasHoles) != 0;
-        const bool finestCells = (out.flags & kBlockFinestHasCells) != 0;
-        const bool someCells = out.minZ <= out.maxZ;
-        const bool allHole = !finestCells && !someCells;
-        out.coverageError = finestHoles && !allHole ? diagonalOfCell : 0.0f;
+        setCoverage(out, pool_.worldFromLattice, id.mip);
     }
 }
 
 }  // namespace
 
 Result<void> buildMips(ResidentTerrain::Pool& pool) { return Builder(pool).run(); }
+
+Result<void> takeMips(const TileSource& source, ResidentTerrain::Pool& pool) {
+    return Builder(pool).take(source);
+}
 
 }  // namespace terray

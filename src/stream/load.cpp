@@ -10,7 +10,7 @@
 
 #include "base/progress.h"
 #include "base/simd_clones.h"
-#include "stream/workers.h"
+#include "base/workers.h"
 
 namespace terray {
 namespace {
@@ -148,6 +148,20 @@ private:
 };
 
 }  // namespace
+
+Result<void> loadTiles(const TileSource& source, ResidentTerrain::Pool& pool) {
+    Progress progress("Reading", static_cast<double>(pool.tiles.size()));
+    const auto makeReader = [&] { return source.makeReader(); };
+    const auto load = [&](std::unique_ptr<TileReader>& reader, int64_t task) -> Result<void> {
+        const auto slot = static_cast<uint32_t>(task);
+        const TileId id = pool.ids[slot];
+        progress.advance();
+        return pool.format == PostFormat::Int16
+                   ? reader->readCodes(id, pool.postsOf<uint16_t>(slot), kPostStride)
+                   : reader->read(id, pool.postsOf<float>(slot), kPostStride);
+    };
+    return forEachTask(static_cast<int64_t>(pool.tiles.size()), makeReader, load);
+}
 
 Result<LoadSummary> loadFinest(const HeightSource& source, ResidentTerrain::Pool& pool) {
     LoadSummary summary;

@@ -4,6 +4,7 @@
 
 #include "base/result.h"
 #include "stream/pool.h"
+#include "tile/tile_source.h"
 
 namespace terray {
 
@@ -15,5 +16,8 @@ struct LoadSummary {
 /// Reads every post once, with a reader per core. Each source row goes straight into the tiles
 /// that hold it; a post on a tile border goes into all of them.
 Result<LoadSummary> loadFinest(const HeightSource& source, ResidentTerrain::Pool& pool);
+
+/// Reads the tiles of all mips into their slots. All cores.
+Result<void> loadTiles(const TileSource& source, ResidentTerrain::Pool& pool);
 
 }  // namespace terray

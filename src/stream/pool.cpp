@@ -5,11 +5,10 @@
 #include <sys/mman.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 #include "base/assert.h"
-#include "base/simd_clones.h"
+#include "tile/codes.h"
 
 namespace terray {
 namespace {
@@ -18,31 +17,6 @@ constexpr size_t kHugePage = size_t{2} << 20;
 
 size_t postSize(PostFormat format) {
     return format == PostFormat::Int16 ? sizeof(uint16_t) : sizeof(float);
-}
-
-TERRAY_SIMD_CLONES
-void decodeCodes(const uint16_t* codes, int count, float z0, float zStep, float* out) {
-    for (int k = 0; k < count; ++k) {
-        const uint32_t code = codes[k];
-        const float height = std::fma(zStep, static_cast<float>(static_cast<int32_t>(code)), z0);
-        const uint32_t hole = code == kHolePost ? 0xFFFFFFFFu : 0u;  // all ones: a NaN
-        out[k] = std::bit_cast<float>(std::bit_cast<uint32_t>(height) | hole);
-    }
-}
-
-TERRAY_SIMD_CLONES
-void encodeHeights(const float* __restrict heights, int count, float z0, float zStep,
-                   uint16_t* __restrict out) {
-    const float inverse = zStep > 0 ? 1.0f / zStep : 0.0f;
-    for (int k = 0; k < count; ++k) {
-        const float height = heights[k];
-        const float code = (height - z0) * inverse + 0.5f;
-        const float low = code > 0.0f ? code : 0.0f;  // NaN becomes 0 here
-        const float clamped = low < 65534.0f ? low : 65534.0f;
-        const auto rounded = static_cast<int32_t>(clamped);
-        const int32_t hole = height == height ? 0 : int32_t{kHolePost};
-        out[k] = static_cast<uint16_t>(rounded | hole);
-    }
 }
 
 }  // namespace
@@ -140,15 +114,8 @@ uint32_t ResidentTerrain::Pool::slotOf(TileId id) const {
            static_cast<uint32_t>(id.x);
 }
 
-int ResidentTerrain::Pool::cellsX(TileId id) const {
-    const int64_t left = scheme.columnsAt(id.mip) - 1 - int64_t{id.x} * kTileCells;
-    return static_cast<int>(std::min<int64_t>(left, kTileCells));
-}
-
-int ResidentTerrain::Pool::cellsY(TileId id) const {
-    const int64_t left = scheme.rowsAt(id.mip) - 1 - int64_t{id.y} * kTileCells;
-    return static_cast<int>(std::min<int64_t>(left, kTileCells));
-}
+int ResidentTerrain::Pool::cellsX(TileId id) const { return scheme.cellsX(id); }
+int ResidentTerrain::Pool::cellsY(TileId id) const { return scheme.cellsY(id); }
 
 void ResidentTerrain::Pool::decodeRow(uint32_t slot, int row, int column, int count,
                                       float* out) const {

@@ -43,30 +43,56 @@ uint64_t ResidentTerrain::requiredBytes(const TerrainInfo& info) {
     return static_cast<uint64_t>(std::min(poolSizes(info).total() + kWorkBytes, 0x1p63));
 }
 
-Result<std::unique_ptr<ResidentTerrain>> ResidentTerrain::build(const HeightSource& source,
-                                                                uint64_t memoryBytes,
-                                                                BuildStats& stats) {
-    TERRAY_TRY(checkSize(source.info(), memoryBytes));
+Result<std::unique_ptr<ResidentTerrain>> ResidentTerrain::make(const TerrainInfo& info,
+                                                               uint64_t memoryBytes) {
+    TERRAY_TRY(checkSize(info, memoryBytes));
     std::unique_ptr<ResidentTerrain> terrain(new ResidentTerrain);
-    terrain->info_ = source.info();
+    terrain->info_ = info;
     auto pool = Pool::make(terrain->info_);
     if (!pool) return pool.error();
     terrain->pool_ = std::move(*pool);
+    return terrain;
+}
+
+Result<std::unique_ptr<ResidentTerrain>> ResidentTerrain::build(const HeightSource& source,
+                                                                uint64_t memoryBytes,
+                                                                BuildStats& stats) {
+    auto terrain = make(source.info(), memoryBytes);
+    if (!terrain) return terrain.error();
+    ResidentTerrain& made = **terrain;
 
     const Stopwatch loading;
-    const auto loaded = loadFinest(source, *terrain->pool_);
+    const auto loaded = loadFinest(source, *made.pool_);
     if (!loaded) return loaded.error();
-    terrain->info_.minZ = loaded.value().minZ;
-    terrain->info_.maxZ = loaded.value().maxZ;
+    made.info_.minZ = loaded.value().minZ;
+    made.info_.maxZ = loaded.value().maxZ;
     releaseFreedMemory();
     stats.loadMs = loading.elapsedMs();
 
     const Stopwatch building;
-    TERRAY_TRY(buildMips(*terrain->pool_));
+    TERRAY_TRY(buildMips(*made.pool_));
     releaseFreedMemory();
     stats.buildMs = building.elapsedMs();
     stats.holes = loaded.value().holes;
-    stats.residentBytes = static_cast<uint64_t>(poolSizes(terrain->info_).total());
+    stats.residentBytes = static_cast<uint64_t>(poolSizes(made.info_).total());
+    return terrain;
+}
+
+Result<std::unique_ptr<ResidentTerrain>> ResidentTerrain::build(const TileSource& source,
+                                                                uint64_t memoryBytes,
+                                                                BuildStats& stats) {
+    auto terrain = make(source.info(), memoryBytes);
+    if (!terrain) return terrain.error();
+    ResidentTerrain& made = **terrain;
+    const Stopwatch loading;
+    TERRAY_TRY(loadTiles(source, *made.pool_));
+    releaseFreedMemory();
+    stats.loadMs = loading.elapsedMs();
+    const Stopwatch building;
+    TERRAY_TRY(takeMips(source, *made.pool_));
+    stats.buildMs = building.elapsedMs();
+    stats.holes = source.holes();
+    stats.residentBytes = static_cast<uint64_t>(poolSizes(made.info_).total());
     return terrain;
 }
 

@@ -10,6 +10,7 @@
 #include "base/result.h"
 #include "kernel/layout/layout.h"
 #include "tile/height_source.h"
+#include "tile/tile_source.h"
 
 namespace terray {
 
@@ -29,6 +30,9 @@ public:
     /// requiredBytes exceeds `memoryBytes`; passes on read errors; Interrupted.
     static Result<std::unique_ptr<ResidentTerrain>> build(const HeightSource& source,
                                                           uint64_t memoryBytes, BuildStats& stats);
+    /// The same from finished tiles: nothing is fitted or measured again.
+    static Result<std::unique_ptr<ResidentTerrain>> build(const TileSource& source,
+                                                          uint64_t memoryBytes, BuildStats& stats);
     ~ResidentTerrain();
 
     const TerrainInfo& info() const { return info_; }  ///< minZ, maxZ are exact
@@ -42,6 +46,8 @@ public:
 
 private:
     ResidentTerrain();
+    static Result<std::unique_ptr<ResidentTerrain>> make(const TerrainInfo& info,
+                                                         uint64_t memoryBytes);
     TerrainInfo info_;
     std::unique_ptr<Pool> pool_;
 };

@@ -41,9 +41,16 @@ struct TilingScheme {
         while (tilesX(mip) > 1 || tilesY(mip) > 1) ++mip;
         return mip + 1;
     }
+    /// Cells of a tile inside its mip, 1..512 a side.
+    int cellsX(TileId id) const { return cellsLeft(columnsAt(id.mip) - 1, id.x); }
+    int cellsY(TileId id) const { return cellsLeft(rowsAt(id.mip) - 1, id.y); }
     int64_t tileCount(int mip) const { return static_cast<int64_t>(tilesX(mip)) * tilesY(mip); }
 
 private:
+    static int cellsLeft(int64_t cells, int tile) {
+        const int64_t left = cells - int64_t{tile} * kTileCells;
+        return static_cast<int>(left < kTileCells ? left : kTileCells);
+    }
     static int64_t ceilShift(int64_t value, int shift) {
         return (value + (int64_t{1} << shift) - 1) >> shift;
     }

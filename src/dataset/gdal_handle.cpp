@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // GDAL's set-up for the process: drivers, a bounded block cache, and no word of its own on stderr.
-#include "raster/gdal_handle.h"
+#include "dataset/gdal_handle.h"
 
 #include <algorithm>
 #include <mutex>
 
 #include "base/log.h"
-#include "base/stopwatch.h"
-#include "raster/dem.h"
 
 namespace terray {
 namespace {
@@ -60,11 +58,6 @@ std::string gdalMessage() {
     if (!own.empty()) return own;
     const std::lock_guard lock(messageMutex);
     return lastMessage;
-}
-
-uint64_t memoryBudget(uint64_t memoryBytes) {
-    if (memoryBytes != 0) return memoryBytes;
-    return std::min<uint64_t>(uint64_t{2} << 30, physicalMemoryBytes() / 2);
 }
 
 }  // namespace terray

@@ -7,6 +7,8 @@
 #include <memory>
 #include <string>
 
+#include "dataset/gdal_setup.h"
+
 namespace terray {
 
 struct DatasetCloser {
@@ -21,8 +23,5 @@ void ensureGdal();
 void clearGdalMessage();
 /// GDAL's last error or warning since then, as one line; empty if it said nothing.
 std::string gdalMessage();
-
-/// Memory that one terrain may take: --memory, or the smaller of 2 GiB and half of the RAM.
-uint64_t memoryBudget(uint64_t memoryBytes);
 
 }  // namespace terray

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// What holds for GDAL while the store uses it, and names of files in memory.
+#pragma once
+
+#include <cpl_conv.h>
+
+#include <string>
+
+namespace terray {
+
+/// While alive, this thread's GDAL writes and looks for no side-car files.
+class GdalScope {
+public:
+    GdalScope();
+    ~GdalScope();
+    GdalScope(const GdalScope&) = delete;
+    GdalScope& operator=(const GdalScope&) = delete;
+};
+
+/// A path below /vsimem/ that nobody else has.
+std::string memoryFileName();
+
+}  // namespace terray

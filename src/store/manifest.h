@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// terrain.json: what a store holds, as JSON and back.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "tile/terrain_info.h"
+
+namespace terray {
+
+/// A file that went into a store, as it was then.
+struct StoreSource {
+    std::string name;
+    uint64_t bytes = 0;
+    int64_t modified = 0;     ///< seconds since 1970
+    uint64_t headerHash = 0;  ///< of the first 64 KiB
+    friend bool operator==(const StoreSource&, const StoreSource&) = default;
+};
+
+struct StoreManifest {
+    TerrainInfo info;  ///< name is not stored
+    std::string crsName, dataCrsWkt, dataCrsName;
+    double maxError = 0;  ///< metres, of every stored post; 0: lossless
+    uint64_t holes = 0;   ///< posts of mip 0 without a height
+    std::vector<StoreSource> sources;
+    std::vector<std::string> notes;  ///< what was assumed of the sources
+    std::vector<std::string> files;  ///< all others, in the order of hashes.bin
+    std::string hashes;              ///< hash of hashes.bin
+    std::string plan;                ///< hash of all that the store's bytes depend on
+};
+
+/// The same manifest always gives the same text. It ends with the hash of itself.
+std::string manifestText(const StoreManifest& manifest);
+
+/// Error Input: damaged, not a manifest, of another version, or with values that cannot be. `name`
+/// is the file's, for the sentence.
+Result<StoreManifest> parseManifest(const std::string& name, const std::string& text);
+
+}  // namespace terray

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+// The text of a store's VRTs.
+#include "store/vrt.h"
+
+#include <cpl_conv.h>
+#include <fmt/format.h>
+#include <ogr_spatialref.h>
+
+#include "store/format.h"
+
+namespace terray {
+namespace {
+
+std::string escaped(const char* text) {
+    char* out = CPLEscapeString(text, -1, CPLES_XML);
+    std::string result = out;
+    CPLFree(out);
+    return result;
+}
+
+Result<std::string> crsElement(const TerrainInfo& info) {
+    if (info.crsWkt.empty()) return std::string();
+    OGRSpatialReference crs;
+    if (crs.importFromWkt(info.crsWkt.c_str()) != OGRERR_NONE) {
+        return makeError(ErrorCode::Failed, "GDAL does not understand the CRS of '{}'", info.name);
+    }
+    crs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+    const std::vector<int> axes = crs.GetDataAxisToSRSAxisMapping();
+    return fmt::format("  <SRS dataAxisToSRSAxisMapping=\"{}\">{}</SRS>\n", fmt::join(axes, ","),
+                       escaped(info.crsWkt.c_str()));
+}
+
+std::string sourceElement(const TerrainInfo& info, ShardId shard, const BlockGrid& grid,
+                          const char* folder) {
+    const int width = grid.widthOf(shard.x0, grid.blocksOf(shard)), height = grid.heightOf(shard.y);
+    const std::string size = fmt::format("xSize=\"{}\" ySize=\"{}\"", width, height);
+    return fmt::format(
+        "    <SimpleSource>\n"
+        "      <SourceFilename relativeToVRT=\"1\">{}m{}/y{}_x{}.tif</SourceFilename>\n"
+        "      <SourceBand>1</SourceBand>\n"
+        "      <SourceProperties RasterXSize=\"{}\" RasterYSize=\"{}\" DataType=\"{}\" "
+        "BlockXSize=\"{}\" BlockYSize=\"{}\"/>\n"
+        "      <SrcRect xOff=\"0\" yOff=\"0\" {}/>\n"
+        "      <DstRect xOff=\"{}\" yOff=\"{}\" {}/>\n"
+        "    </SimpleSource>\n",
+        folder, shard.mip, shard.y, shard.x0, width, height,
+        info.format == PostFormat::Int16 ? "UInt16" : "Float32", kBlockPosts, kBlockPosts, size,
+        int64_t{shard.x0} * kBlockPosts, int64_t{shard.y} * kBlockPosts, size);
+}
+
+}  // namespace
+
+Result<std::string> vrtText(const TerrainInfo& info, int mip) {
+    const BlockGrid grid(info.scheme, mip);
+    const auto crs = crsElement(info);
+    if (!crs) return crs.error();
+    const bool codes = info.format == PostFormat::Int16;
+    const GeoTransform transform = geoTransformOf(info, mip, 0, 0);
+    const double* t = transform.values;
+    std::string text = fmt::format("<VRTDataset rasterXSize=\"{}\" rasterYSize=\"{}\">\n",
+                                   grid.columns, grid.rows);
+    text += *crs;
+    text += fmt::format(
+        "  <GeoTransform>{:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g}"
+        "</GeoTransform>\n",
+        t[0], t[1], t[2], t[3], t[4], t[5]);
+    text += fmt::format(
+        "  <VRTRasterBand dataType=\"{}\" band=\"1\">\n"
+        "    <NoDataValue>{}</NoDataValue>\n    <UnitType>m</UnitType>\n",
+        codes ? "UInt16" : "Float32", codes ? "65535" : "nan");
+    if (codes) {
+        text += fmt::format("    <Offset>{}</Offset>\n    <Scale>{}</Scale>\n",
+                            static_cast<double>(info.z0), static_cast<double>(info.zStep));
+    }
+    for (int y = 0; y < grid.blocksY; ++y) {
+        for (int x = 0; x < grid.blocksX; x += kShardBlocks) {
+            text += sourceElement(info, {mip, x, y}, grid, mip == 0 ? "height/" : "");
+        }
+    }
+    for (int coarser = 1; mip == 0 && coarser < info.scheme.mipCount(); ++coarser) {
+        text += fmt::format(
+            "    <Overview>\n"
+            "      <SourceFilename relativeToVRT=\"1\">{}</SourceFilename>\n"
+            "      <SourceBand>1</SourceBand>\n    </Overview>\n",
+            mipVrtPath(coarser));
+    }
+    return text + "  </VRTRasterBand>\n</VRTDataset>\n";
+}
+
+}  // namespace terray

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// TileSource: whoever delivers finished tiles of all mips with their bounds (the store).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "base/result.h"
+#include "tile/terrain_info.h"
+
+namespace terray {
+
+/// Reads one tile at a time. One reader per thread (confined).
+class TileReader {
+public:
+    virtual ~TileReader() = default;
+    /// Fills (cellsX + 1) x (cellsY + 1) posts, `stride` apart from row to row: the tile's own and
+    /// its 513th row and column. Heights in metres; holes are NaN.
+    virtual Result<void> read(TileId id, float* posts, ptrdiff_t stride) = 0;
+    /// The same as codes (info().format == Int16 only); holes are kHolePost.
+    virtual Result<void> readCodes(TileId id, uint16_t* codes, ptrdiff_t stride) = 0;
+};
+
+/// const-shared: any thread may ask for a reader.
+class TileSource {
+public:
+    virtual ~TileSource() = default;
+    virtual const TerrainInfo& info() const = 0;  ///< minZ, maxZ are exact
+    virtual uint64_t holes() const = 0;           ///< posts of mip 0 without a height
+    /// Of all blocks of a mip, row by row: 8 * tilesX(mip) a row, 8 * tilesY(mip) rows.
+    virtual std::span<const BlockBounds> bounds(int mip) const = 0;
+    virtual Result<std::unique_ptr<TileReader>> makeReader() const = 0;
+};
+
+}  // namespace terray

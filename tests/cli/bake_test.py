@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: Apache-2.0
+# Stores from outside: same picture, same bytes after kills, damage named and mended, GDAL opens the parts.
+import json
+import os
+import random
+import signal
+import subprocess
+import time
+import unittest
+
+import harness
+
+
+def files_of(folder):
+    """Relative path to content of all files."""
+    found = {}
+    for where, _, names in os.walk(folder):
+        for name in names:
+            path = os.path.join(where, name)
+            with open(path, "rb") as data:
+                found[os.path.relpath(path, folder)] = data.read()
+    return found
+
+
+class BakeTest(harness.CliTest):
+    def dem(self, size=1400):
+        """A float DEM, quick to make and slow enough to bake that a kill meets it."""
+        self.ascii_grid("small.asc", columns=80, rows=80, cell=10.0, left=500000, bottom=5200000)
+        self.gdal("gdal_translate", "-q", "-a_srs", "EPSG:32632", "-ot", "Float32", "-outsize", size, size, "-r",
+                  "cubic", "small.asc", "dem.tif")
+        return "dem.tif"
+
+    def gdal(self, program, *arguments):
+        return super().gdal(program, *map(str, arguments))
+
+    def test_lossless_store_gives_the_same_picture_and_answers(self):
+        dem = self.dem(700)
+        self.good("bake", dem, "-o", "a.terray", "--max-error", "0")
+        places = ["500321.5,5200654.25", "500100,5200300"]
+        for source, name in ((dem, "dem"), ("a.terray", "store")):
+            self.good("render", source, "-o", name + ".png", "--size", "200x120")
+            with open(self.path(name + ".csv"), "w") as out:
+                out.write(self.good("query", source, "height", *places).stdout)
+        for kind in ("png", "csv"):
+            with open(self.path("dem." + kind), "rb") as a, open(self.path("store." + kind), "rb") as b:
+                self.assertEqual(a.read(), b.read(), kind)
+
+    def test_killed_at_random_moments_the_result_is_the_same(self):
+        dem = self.dem()
+        started = time.monotonic()
+        self.good("bake", dem, "-o", "good.terray")
+        duration = time.monotonic() - started
+        good = files_of(self.path("good.terray"))
+        rng = random.Random(5)
+        for _ in range(8):
+            process = subprocess.Popen([harness.TERRAY, "bake", dem, "-o", "a.terray", "-q"], cwd=self.folder,
+                                       stderr=subprocess.PIPE)
+            time.sleep(rng.uniform(0, duration))
+            process.send_signal(signal.SIGKILL)
+            process.wait()
+            process.stderr.close()
+            if os.path.exists(self.path("a.terray")):
+                self.good("verify", "a.terray")
+        self.good("bake", dem, "-o", "a.terray")
+        self.assertEqual(files_of(self.path("a.terray")), good)
+        self.assertEqual([name for name in self.left() if name.startswith("a.terray")], ["a.terray"])
+
+    def test_interrupted_says_that_it_goes_on(self):
+        dem = self.dem()
+        process = subprocess.Popen([harness.TERRAY, "bake", dem, "-o", "a.terray"], cwd=self.folder,
+                                   stderr=subprocess.PIPE, text=True)
+        while not os.path.exists(self.path("a.terray.baking/journal.bin")) and process.poll() is None:
+            time.sleep(0.005)
+        process.send_signal(signal.SIGINT)
+        words = process.communicate()[1]
+        if process.returncode == 0:
+            self.skipTest("the machine was quicker than the signal")
+        self.assertEqual(process.returncode, 130, words)
+        self.assertIn("the same command goes on", words)
+        self.good("bake", dem, "-o", "a.terray")
+        self.good("verify", "a.terray")
+
+    def test_damage_is_named_and_mended(self):
+        dem = self.dem(700)
+        self.good("bake", dem, "-o", "a.terray")
+        good = files_of(self.path("a.terray"))
+        path = self.path("a.terray/height/m0/y1_x0.tif")
+        with open(path, "r+b") as data:
+            data.seek(os.path.getsize(path) - 200)
+            byte = data.read(1)
+            data.seek(-1, 1)
+            data.write(bytes([byte[0] ^ 255]))
+        done = self.terray("verify", "a.terray")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("height/m0/y1_x0.tif: tile (1, 1) of mip 0 is damaged", done.stdout)
+        self.good("bake", dem, "-o", "a.terray", "--resume")
+        self.assertEqual(files_of(self.path("a.terray")), good)
+        self.assertIn("whole", self.good("verify", "a.terray").stdout)
+
+    def test_wrong_uses(self):
+        dem = self.dem(200)
+        self.fails(2, "--max-error", "bake", dem, "-o", "a.terray", "--max-error", "-1")
+        self.fails(2, "-o", "bake", dem)
+        self.fails(3, "missing.tif", "bake", "missing.tif", "-o", "a.terray")
+        self.fails(1, "a.terray", "bake", dem, "-o", "no/such/folder/a.terray")
+        self.fails(3, "not a store", "render", "a.terray")
+        self.fails(3, "not a store", "verify", "a.terray")
+        os.mkdir(self.path("taken"))
+        self.fails(1, ["taken", "no store"], "bake", dem, "-o", "taken")
+        self.good("bake", dem, "-o", "a.terray")
+        self.fails(2, ["--nodata", "is a store"], "render", "a.terray", "--nodata", "5")
+        self.good("bake", self.dem(), "-o", "large.terray")
+        self.fails(3, ["large.terray", "--memory"], "render", "large.terray", "--memory", "16MiB")
+        os.remove(self.path("a.terray/bounds/m0.tif"))
+        self.fails(3, "bounds/m0.tif", "render", "a.terray")
+        self.write("a.terray/terrain.json", "{")
+        self.fails(3, ["terrain.json", "damaged"], "info", "a.terray")
+
+    def test_info_says_what_is_in_it(self):
+        dem = self.dem(700)
+        self.good("bake", dem, "-o", "a.terray", "--max-error", "0.5")
+        info = json.loads(self.good("info", "a.terray", "--json").stdout)
+        plain = json.loads(self.good("info", dem, "--json").stdout)
+        self.assertEqual(info["driver"], "Terray store")
+        for same in ("columns", "rows", "working_columns", "mips", "geo_transform", "holes"):
+            self.assertEqual(info[same], plain[same], same)
+        self.assertAlmostEqual(info["max_height"], plain["max_height"], delta=0.5)
+        self.assertIn("within 0.5 m", " ".join(info["assumptions"]))
+
+    def test_gdal_opens_each_part_with_the_right_values(self):
+        dem = self.dem(700)
+        self.good("bake", dem, "-o", "a.terray", "--max-error", "0")
+        self.assertEqual(self.describe("a.terray/height.vrt")["size"], [700, 700])
+        self.assertEqual(self.floats("a.terray/height.vrt")[2][0], self.floats(dem)[2][0])
+        source, store = self.describe(dem), self.describe("a.terray/height.vrt")
+        self.assertEqual(store["geoTransform"], source["geoTransform"])
+        self.assertIn("UTM zone 32N", store["coordinateSystem"]["wkt"])
+        self.assertEqual([o["size"] for o in store["bands"][0]["overviews"]], [[351, 351]])
+        mip1 = self.describe("a.terray/height/m1.vrt")
+        pixel = source["geoTransform"][1]
+        self.assertAlmostEqual(mip1["geoTransform"][1], 2 * pixel, places=9)
+        self.assertAlmostEqual(mip1["geoTransform"][0] + pixel, source["geoTransform"][0] + pixel / 2, places=6)
+        bounds = self.describe("a.terray/bounds/m0.tif")
+        self.assertEqual((bounds["size"], len(bounds["bands"])), ([16, 16], 8))
+        part = self.describe("a.terray/height/m0/y1_x0.tif")
+        self.assertEqual((part["size"], part["bands"][0]["block"]), ([700, 188], [512, 512]))
+
+
+if __name__ == "__main__":
+    harness.main()
