@@ -52,13 +52,14 @@ def main():
     parser.add_argument("--runs", type=int, default=3)
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--source")
+    parser.add_argument("--errors", default="0.01,0", help="error bounds in metres, 0: lossless")
     options = parser.parse_args()
     os.makedirs(options.folder, exist_ok=True)
     dem = os.path.join(options.folder, f"dem{options.side}.tif")
     make_source(options, dem)
     results = {}
     threads = str(options.threads)
-    for error in ("0.01", "0"):
+    for error in options.errors.split(","):
         store = os.path.join(options.folder, "bench.terray")
         cog = os.path.join(options.folder, "bench_cog.tif")
         lossy = ["-co", "COMPRESS=LERC_ZSTD", "-co", f"MAX_Z_ERROR={float(error) * 0.999}"]
