@@ -23,6 +23,7 @@ constexpr const char* kBakeFooter =
     "Examples:\n"
     "  terray bake dem.tif -o alps.terray\n"
     "  terray bake dem.tif -o exact.terray --max-error 0\n"
+    "  terray bake N37W112.hgt N37W111.hgt -o utah.terray\n"
     "  terray render alps.terray -o picture.png";
 constexpr const char* kVerifyFooter =
     "Exit code 1 if anything is damaged.\n\n"
@@ -85,8 +86,11 @@ void runVerify(const std::string& store, bool quiet) {
 
 void addBake(CLI::App& program) {
     auto flags = std::make_shared<BakeFlags>();
-    CLI::App* command = program.add_subcommand("bake", "a DEM of any size into a .terray store");
-    command->add_option("DEM", flags->sources, "the DEM: any raster that GDAL reads")
+    CLI::App* command = program.add_subcommand("bake", "DEMs of any size into a .terray store");
+    command
+        ->add_option("DEM", flags->sources,
+                     "DEMs that GDAL reads; several must lie on one lattice, the first named one "
+                     "counts where they overlap")
         ->type_name("")
         ->required();
     command->add_option("-o,--output", flags->out, "the store to make, NAME.terray")

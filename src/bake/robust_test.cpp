@@ -88,7 +88,7 @@ TEST(RobustBake, PreviousStoreStaysUntilTheNewOneIsWhole) {
     bakeWell(plan, out);
     EXPECT_TRUE(opens(out));
     EXPECT_FALSE(filesOf(out) == before);
-    EXPECT_FALSE(std::filesystem::exists(out + ".old"));
+    EXPECT_FALSE(std::filesystem::exists(out + ".baking.old"));
     EXPECT_FALSE(std::filesystem::exists(out + ".baking"));
     EXPECT_FALSE(std::filesystem::exists(out + ".lock"));
 }

@@ -203,7 +203,7 @@ Result<void> WorkFolder::publish() {
         if (entry.is_directory()) TERRAY_TRY(syncFolder(calls_, entry.path()));
     }
     TERRAY_TRY(syncFolder(calls_, path_));
-    const std::string old = store_ + ".old";
+    const std::string old = path_ + ".old";
     const bool replaces = isThere(store_);
     const auto fail = [&] {
         return makeError(ErrorCode::Failed, "'{}' cannot be renamed to '{}': {}", path_, store_,

@@ -14,6 +14,7 @@
 #include "base/stopwatch.h"
 #include "dataset/gdal_setup.h"
 #include "raster/dem.h"
+#include "raster/mosaic.h"
 #include "store/store.h"
 #include "store/verify.h"
 
@@ -75,11 +76,32 @@ Result<void> describeStore(const std::string& out, BakeReport& report) {
     return {};
 }
 
+/// The joined DEMs go by the first one's name in what is said of them.
+std::string inUsersWords(std::string text, const Mosaic& mosaic,
+                         std::span<const std::string> sources) {
+    const std::string name = fmt::format("{} and {} more", sources[0], sources.size() - 1);
+    const size_t at = text.find(mosaic.path());
+    return at == std::string::npos ? text : text.replace(at, mosaic.path().size(), name);
+}
+
 Result<BakeReport> bakeInArena(std::span<const std::string> sources, const std::string& out,
                                const BakeOptions& options, int threads) {
     initialiseGdal(kGdalCacheBytes);
-    auto dem = openDem(sources[0], options.open, RangeScan::Always);
-    if (!dem) return dem.error();
+    std::unique_ptr<Mosaic> mosaic;
+    if (sources.size() > 1) {
+        auto joined = Mosaic::join(sources, options.open);
+        if (!joined) return joined.error();
+        mosaic = std::move(*joined);
+    }
+    auto dem = openDem(mosaic ? mosaic->path() : sources[0], options.open, RangeScan::Always);
+    if (!dem) {
+        Error error = dem.error();
+        if (mosaic) error.message = inUsersWords(error.message, *mosaic, sources);
+        return error;
+    }
+    for (Assumption& assumption : dem->facts.assumptions) {
+        if (mosaic) assumption.text = inUsersWords(assumption.text, *mosaic, sources);
+    }
     auto plan = planOf(sources, *dem, options, threads);
     if (!plan) return plan.error();
     auto outcome = bakeStore(*plan, out, options.resume);
@@ -98,7 +120,6 @@ Result<BakeReport> bakeInArena(std::span<const std::string> sources, const std::
 Result<void> check(std::span<const std::string> sources, const std::string& out,
                    const BakeOptions& options) {
     if (sources.empty()) return makeError(ErrorCode::Usage, "name at least one DEM to bake");
-    if (sources.size() > 1) return makeError(ErrorCode::Usage, "give one DEM");
     if (out.empty()) return makeError(ErrorCode::Usage, "-o: name the store to make");
     if (options.maxError && !(*options.maxError >= 0 && std::isfinite(*options.maxError))) {
         return makeError(ErrorCode::Usage,

@@ -186,5 +186,13 @@ TEST(Hashes, EveryDamagedByteIsRefused) {
     }
 }
 
+TEST(Hashes, PathsOutOfTheStoreAreRefused) {
+    for (const char* path : {"../a", "/etc/passwd", "height/../../a", "http://host/a", ""}) {
+        const auto result = decodeHashes("hashes.bin", encodeHashes({hashFile(path, {}, {})}));
+        ASSERT_FALSE(result.ok()) << path;
+        EXPECT_NE(result.error().message.find("outside"), std::string::npos);
+    }
+}
+
 }  // namespace
 }  // namespace terray

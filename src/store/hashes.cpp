@@ -49,6 +49,12 @@ uint64_t hashBlock(std::span<const std::byte> bytes, const BlockRange& block) {
     return hashOf(bytes.subspan(block.offset, block.size));
 }
 
+/// Paths lead into the store, whoever wrote them.
+bool staysInside(const std::string& path) {
+    return !path.empty() && path[0] != '/' && path.find("..") == std::string::npos &&
+           path.find(':') == std::string::npos && path.find('\\') == std::string::npos;
+}
+
 bool isInside(const BlockRange& block, uint64_t size) {
     return block.size <= size && block.offset <= size - block.size;
 }
@@ -148,6 +154,10 @@ Result<std::vector<FileHashes>> decodeHashes(const std::string& name,
     for (uint32_t k = 0; k < count; ++k) {
         FileHashes file;
         if (!readRecord(in, file)) return damaged;
+        if (!staysInside(file.path)) {
+            return makeError(ErrorCode::Input, "'{}' names a file outside of the store: '{}'", name,
+                             file.path);
+        }
         files.push_back(std::move(file));
     }
     if (in.left() != sizeof(uint64_t)) return damaged;

@@ -151,7 +151,8 @@ bool isStore(const std::string& source) {
     ensureGdal();
     std::string name = source;
     while (name.ends_with('/')) name.pop_back();
-    return name.ends_with(".terray") || exists(joined(source, kManifestName));
+    if (name.ends_with(".terray")) return true;
+    return !name.starts_with("/vsi") && exists(joined(source, kManifestName));
 }
 
 Result<std::unique_ptr<Store>> Store::open(const std::string& path, uint64_t maxBytes) {

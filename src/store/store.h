@@ -13,7 +13,7 @@
 
 namespace terray {
 
-/// Whether a source names a store: a folder (or URL) with a manifest, or one that ends in .terray.
+/// Whether a source names a store: one that ends in .terray, or a local folder with a manifest.
 bool isStore(const std::string& source);
 
 /// const-shared; readers are confined.

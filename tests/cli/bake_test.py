@@ -127,6 +127,22 @@ class BakeTest(harness.CliTest):
         self.assertAlmostEqual(info["max_height"], plain["max_height"], delta=0.5)
         self.assertIn("within 0.5 m", " ".join(info["assumptions"]))
 
+    def test_tiles_of_a_dem_make_the_store_of_the_whole(self):
+        dem = self.dem(700)
+        self.good("bake", dem, "-o", "whole.terray", "--max-error", "0")
+        for name, window in (("a", (0, 0, 400, 700)), ("b", (399, 0, 301, 420)), ("c", (380, 400, 320, 300))):
+            self.gdal("gdal_translate", "-q", "-srcwin", *window, dem, name + ".tif")
+        self.good("bake", "c.tif", "a.tif", "b.tif", "-o", "tiles.terray", "--max-error", "0")
+        whole, tiles = (files_of(self.path(name + ".terray")) for name in ("whole", "tiles"))
+        # VRTs and the manifest may spell the CRS in another way
+        posts = [name for name in whole if name.endswith((".tif", ".bin")) and name != "hashes.bin"]
+        self.assertGreater(len(posts), 5)
+        for name in posts:
+            self.assertTrue(whole[name] == tiles[name], name)
+        self.assertIn("c.tif", self.good("info", "tiles.terray").stdout)
+        self.gdal("gdal_translate", "-q", "-outsize", "50", "50", dem, "coarse.tif")
+        self.fails(3, ["coarse.tif", "other pixels"], "bake", dem, "coarse.tif", "-o", "b.terray")
+
     def test_gdal_opens_each_part_with_the_right_values(self):
         dem = self.dem(700)
         self.good("bake", dem, "-o", "a.terray", "--max-error", "0")
