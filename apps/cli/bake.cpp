@@ -24,6 +24,7 @@ constexpr const char* kBakeFooter =
     "  terray bake dem.tif -o alps.terray\n"
     "  terray bake dem.tif -o exact.terray --max-error 0\n"
     "  terray bake N37W112.hgt N37W111.hgt -o utah.terray\n"
+    "  terray bake dem.tif -o alps.terray --export-cog alps.tif\n"
     "  terray render alps.terray -o picture.png";
 constexpr const char* kVerifyFooter =
     "Exit code 1 if anything is damaged.\n\n"
@@ -44,6 +45,10 @@ std::string errorText(double maxError) {
 void runBake(BakeFlags& flags) {
     setQuiet(flags.source.quiet);
     for (const std::string& source : flags.sources) checkNotInput("--output", flags.out, {source});
+    if (!flags.bake.exportCog.empty()) {
+        checkNotInput("--export-cog", flags.bake.exportCog, flags.sources);
+        checkWritable("--export-cog", flags.bake.exportCog);
+    }
     flags.bake.open = flags.source.open;
     const BakeReport report = valueOf(bake(flags.sources, flags.out, flags.bake));
     for (const std::string& note : report.notes) writeNote(note);
@@ -103,6 +108,9 @@ void addBake(CLI::App& program) {
         [flags](const std::string& text) {
             flags->bake.maxError = parseNumber("--max-error", text);
         });
+    addText(*command, "Store", "--export-cog", "FILE.tif",
+            "write the heights as one Cloud Optimized GeoTIFF, too",
+            [flags](const std::string& text) { flags->bake.exportCog = text; });
     addSwitch(*command, "Store", "--resume", "check a finished store, make again what is damaged",
               flags->bake.resume);
     flags->source.addReadingTo(*command, "1GiB");

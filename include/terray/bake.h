@@ -19,7 +19,8 @@ struct BakeOptions {
     /// Metres by which a stored height may differ from the source's; 0: none do. Default: a quarter
     /// of a step for whole numbers (those of mip 0 stay exact), else 1 cm.
     std::optional<double> maxError;
-    bool resume = false;  ///< check a finished store and make what is damaged in it again
+    std::string exportCog;  ///< path of a COG to write besides; empty: none
+    bool resume = false;    ///< check a finished store and make what is damaged in it again
 };
 
 struct BakeReport {

@@ -11,6 +11,7 @@
 #include <new>
 
 #include "bake/bake_store.h"
+#include "bake/export_cog.h"
 #include "base/stopwatch.h"
 #include "dataset/gdal_setup.h"
 #include "raster/dem.h"
@@ -109,6 +110,11 @@ Result<BakeReport> bakeInArena(std::span<const std::string> sources, const std::
         const Error& error = outcome.error();
         if (error.code != ErrorCode::Interrupted) return error;
         return makeError(error.code, "interrupted; the same command goes on with '{}'", out);
+    }
+    if (!options.exportCog.empty()) {
+        const auto store = Store::open(out, UINT64_MAX);
+        if (!store) return store.error();
+        TERRAY_TRY(exportCog(**store, options.exportCog));
     }
     BakeReport report;
     report.wasDone = outcome->wasDone;

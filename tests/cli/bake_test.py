@@ -1,10 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 # Stores from outside: same picture, same bytes after kills, damage named and mended, GDAL opens the parts.
+import functools
+import http.server
 import json
+import math
 import os
 import random
+import re
 import signal
 import subprocess
+import threading
 import time
 import unittest
 
@@ -20,6 +25,28 @@ def files_of(folder):
             with open(path, "rb") as data:
                 found[os.path.relpath(path, folder)] = data.read()
     return found
+
+
+class RangeHandler(http.server.SimpleHTTPRequestHandler):
+    """Serves files, parts of them too, as web servers do."""
+
+    def do_GET(self):
+        wanted = re.fullmatch(r"bytes=(\d+)-(\d+)", self.headers.get("Range", ""))
+        path = self.translate_path(self.path)
+        if not wanted or not os.path.isfile(path):
+            return super().do_GET()
+        first, last = int(wanted[1]), min(int(wanted[2]), os.path.getsize(path) - 1)
+        with open(path, "rb") as data:
+            data.seek(first)
+            content = data.read(last - first + 1)
+        self.send_response(206)
+        self.send_header("Content-Range", f"bytes {first}-{last}/{os.path.getsize(path)}")
+        self.send_header("Content-Length", str(len(content)))
+        self.end_headers()
+        self.wfile.write(content)
+
+    def log_message(self, *_):
+        pass
 
 
 class BakeTest(harness.CliTest):
@@ -126,6 +153,37 @@ class BakeTest(harness.CliTest):
             self.assertEqual(info[same], plain[same], same)
         self.assertAlmostEqual(info["max_height"], plain["max_height"], delta=0.5)
         self.assertIn("within 0.5 m", " ".join(info["assumptions"]))
+
+    def test_exported_cog_holds_the_mips(self):
+        dem = self.dem(700)
+        self.good("bake", dem, "-o", "a.terray", "--max-error", "0", "--export-cog", "cog.tif")
+        cog = self.describe("cog.tif")
+        self.assertEqual(cog["metadata"]["IMAGE_STRUCTURE"]["LAYOUT"], "COG")
+        self.assertEqual(cog["size"], [701, 701])  # 700 posts in 2 n + 1
+        self.assertEqual([o["size"] for o in cog["bands"][0]["overviews"]], [[351, 351]])
+        _, _, (values,) = self.floats("cog.tif")
+        _, _, (exact,) = self.floats(dem)
+        for row in (0, 511, 512, 699):
+            self.assertEqual(values[row * 701:row * 701 + 700], exact[row * 700:row * 700 + 700], row)
+        self.assertTrue(math.isnan(values[700]) and math.isnan(values[-1]))
+        self.gdal("gdal_translate", "-q", "-ovr", "0", "-outsize", "351", "351", "cog.tif", "overview.tif")
+        self.assertEqual(self.floats("overview.tif")[2][0], self.floats("a.terray/height/m1.vrt")[2][0])
+        self.assertEqual([name for name in self.left() if "cog" in name], ["cog.tif"])
+        self.fails(1, "no/cog.tif", "bake", dem, "-o", "a.terray", "--export-cog", "no/cog.tif")
+
+    def test_a_store_over_http_gives_the_same_picture(self):
+        self.good("bake", self.dem(700), "-o", "a.terray")
+        handler = functools.partial(RangeHandler, directory=self.folder)
+        server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler)
+        self.addCleanup(server.server_close)
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        self.addCleanup(server.shutdown)
+        url = f"/vsicurl/http://127.0.0.1:{server.server_address[1]}/"
+        for source, name in (("a.terray", "local.png"), (url + "a.terray", "remote.png")):
+            self.good("render", source, "-o", name, "--size", "200x120")
+        with open(self.path("local.png"), "rb") as a, open(self.path("remote.png"), "rb") as b:
+            self.assertEqual(a.read(), b.read())
+        self.fails(3, "not a store", "info", url + "b.terray")
 
     def test_tiles_of_a_dem_make_the_store_of_the_whole(self):
         dem = self.dem(700)
