@@ -11,6 +11,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 #include "hwy/highway.h"
 #include "kernel/simd/block.h"
@@ -85,16 +86,37 @@ struct PostCodes {
     VI first;
     VF base, step;
 };
-template <bool kInt16>
+/// Pairs of 16-bit posts in the two rows of each lane's cell. kNear: lanes often stand in one cell,
+/// which needs no gathers then.
+struct PostPairs {
+    VI row0, row1;
+};
+template <bool kNear>
+HWY_INLINE PostPairs loadPairs(const Pools& pools, VI bytes, MI lanes) {
+    const int32_t* posts = reinterpret_cast<const int32_t*>(pools.posts);
+    if constexpr (kNear) {
+        const int32_t first = hn::GetLane(bytes);
+        if (hn::AllTrue(DI(), hn::Eq(bytes, setI(first)))) {
+            int32_t pair[2];
+            const char* cell = reinterpret_cast<const char*>(posts) + first;
+            std::memcpy(&pair[0], cell, sizeof pair[0]);
+            std::memcpy(&pair[1], cell + 2 * kPostStride, sizeof pair[1]);
+            return {setI(pair[0]), setI(pair[1])};
+        }
+    }
+    const VI inside = inPool(lanes, bytes);
+    const VI next = inside + hn::IfThenElseZero(lanes, setI(2 * kPostStride));
+    return {hn::GatherOffset(DI(), posts, inside), hn::GatherOffset(DI(), posts, next)};
+}
+
+/// At least one of `lanes` is set.
+template <bool kInt16, bool kNear = false>
 HWY_INLINE CellPosts loadPosts(const Pools& pools, const PostCodes& p, VI cx, VI cy, MI lanes) {
     const VI index = cy * setI(kPostStride) + cx;
     CellPosts c;
     if constexpr (kInt16) {
-        const VI bytes = inPool(lanes, p.offset + hn::ShiftLeft<1>(index));
-        const int32_t* posts = reinterpret_cast<const int32_t*>(pools.posts);
-        const VI row0 = hn::GatherOffset(DI(), posts, bytes);
-        const VI row1 =
-            hn::GatherOffset(DI(), posts, bytes + hn::IfThenElseZero(lanes, setI(2 * kPostStride)));
+        const auto [row0, row1] =
+            loadPairs<kNear>(pools, p.offset + hn::ShiftLeft<1>(index), lanes);
         const VI low = setI(0xFFFF);
         const VI q00 = hn::And(row0, low), q01 = hn::And(row1, low);
         const VI q10 = hn::BitCast(DI(), hn::ShiftRight<16>(hn::BitCast(DU(), row0)));

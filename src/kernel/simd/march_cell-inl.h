@@ -177,10 +177,10 @@ HWY_INLINE MarchCell lookAt(const TerrainCut& cut, const Pools& pools, const Mar
                             size_t p, VI x, VI y, VI mip, MI lanes) {
     const VI cellMask = setI(kSlotCells - 1);
     const VI cx = hn::And(shiftRight(x, mip), cellMask), cy = hn::And(shiftRight(y, mip), cellMask);
-    const CellPosts c = loadPosts<kInt16>(pools,
-                                          {loadI(m.postsOffset + p), loadI(m.postsCode + p),
-                                           loadF(m.postsZ + p), loadF(m.postsStep + p)},
-                                          cx, cy, lanes);
+    const CellPosts c = loadPosts<kInt16, true>(pools,
+                                                {loadI(m.postsOffset + p), loadI(m.postsCode + p),
+                                                 loadF(m.postsZ + p), loadF(m.postsStep + p)},
+                                                cx, cy, lanes);
     MarchCell k;
     const VI ax = setI(static_cast<int32_t>(tile.anchorX));
     const VI ay = setI(static_cast<int32_t>(tile.anchorY));
