@@ -89,6 +89,20 @@ TEST(Bake, SmallestTerrain) {
     EXPECT_NEAR(store->info().maxZ, 3, 0.01);
 }
 
+TEST(Bake, InfiniteHeightsAreHoles) {
+    for (const double maxError : {0.0, 0.01}) {
+        const ArraySource source(40, 30, PostFormat::Float32, [](int64_t i, int64_t j) {
+            return i == 5 ? HUGE_VALF : i == 9 ? -HUGE_VALF : static_cast<float>(i + j);
+        });
+        const TestFolder folder;
+        bakeWell(planOf(source, maxError), folder / "a.terray");
+        const auto store = opened(folder / "a.terray");
+        ASSERT_NE(store, nullptr);
+        EXPECT_EQ(store->holes(), 60u);
+        EXPECT_NEAR(store->info().maxZ, 68, maxError);
+    }
+}
+
 TEST(Bake, AllHoles) {
     const ArraySource source(600, 20, PostFormat::Float32,
                              [](int64_t, int64_t) { return test::kNaN; });

@@ -3,6 +3,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "bake/workshop.h"
 #include "base/workers.h"
@@ -88,9 +89,21 @@ private:
                     roundCodes(from + row * stride_, width, step);
                 }
             }
+            if constexpr (std::is_same_v<Post, float>) hideInfinite(from, shard);
             return finishShard(shop_, shard, from, stride_);
         };
         return forEachTask(static_cast<int64_t>(missing.size()), makeNothing, encode);
+    }
+
+    /// Infinite heights are holes, as they are in a terrain in memory.
+    void hideInfinite(Post* posts, ShardId shard) const {
+        const int width = grid_.widthOf(shard.x0, grid_.blocksOf(shard));
+        for (int row = 0; row < grid_.heightOf(shard.y); ++row) {
+            for (int k = 0; k < width; ++k) {
+                Post& post = posts[row * stride_ + k];
+                if (!(post - post == 0)) post = std::numeric_limits<Post>::quiet_NaN();
+            }
+        }
     }
 
     static int64_t rowOf(const Batch& batch, int y) { return int64_t{y - batch.y0} * kBlockPosts; }
