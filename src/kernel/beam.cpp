@@ -61,6 +61,23 @@ BeamWalk::Front BeamWalk::frontAt(double w) const {
     return f;
 }
 
+/// Beyond one of these sides, or the corners between them, finer or coarser tiles are drawn.
+bool BeamWalk::bordersUnlike(const TileDesc& tile, int mip, const Sides& sides) const {
+    const DirectoryLevel& row = cut_.levels[mip];
+    const int64_t x = tile.x >> (kTileLevels + mip), y = tile.y >> (kTileLevels + mip);
+    const int64_t x0 = sides.left ? x - 1 : x, x1 = sides.right ? x + 1 : x;
+    const int64_t y0 = sides.top ? y - 1 : y, y1 = sides.bottom ? y + 1 : y;
+    for (int64_t j = std::max<int64_t>(y0, 0); j <= std::min<int64_t>(y1, row.rows - 1); ++j)
+        for (int64_t i = std::max<int64_t>(x0, 0); i <= std::min<int64_t>(x1, row.columns - 1);
+             ++i) {
+            const uint64_t index =
+                row.offset + static_cast<uint64_t>(j) * row.columns + static_cast<uint64_t>(i);
+            const uint32_t state = cut_.squares[index].state;
+            if (state == kSquareCovered || state == kSquareDescend) return true;
+        }
+    return false;
+}
+
 /// A block of a drawn tile, no smaller than the pyramids know.
 BeamWalk::Node BeamWalk::nodeInTile(const Square& square, int level, int64_t x, int64_t y) const {
     const TileDesc& tile = cut_.tiles[square.slot];
@@ -81,8 +98,9 @@ BeamWalk::Node BeamWalk::nodeInTile(const Square& square, int level, int64_t x, 
                        1e-3f * tile.boundsStep;
     }
     if (sharp_.at <= 0) return node;
-    const bool rim = i == 0 || j == 0 || i == n - 1 || j == n - 1;
-    node.rim = rim && cut_.unlikeMips != 0;
+    const Sides sides{i == 0, i == n - 1, j == 0, j == n - 1};
+    node.rim = cut_.unlikeMips != 0 && (sides.left || sides.right || sides.top || sides.bottom) &&
+               bordersUnlike(tile, mip, sides);
     if (cut_.sharpness == nullptr || node.rim) {
         node.sharpest = kInfinity;
     } else {

@@ -66,6 +66,11 @@ private:
     bool hasLeft(const Box& box) const;
     Node nodeAt(int level, int64_t x, int64_t y) const;
     Node nodeInTile(const Square& square, int level, int64_t x, int64_t y) const;
+    /// Sides of a tile at which a block stands.
+    struct Sides {
+        bool left, right, top, bottom;
+    };
+    bool bordersUnlike(const TileDesc& tile, int mip, const Sides& sides) const;
     float maxOver(const Box& box, double sharp) const;
     template <class Visit>
     void eachNode(const Box& box, int across, const Visit& visit) const;
