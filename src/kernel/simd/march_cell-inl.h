@@ -136,7 +136,11 @@ HWY_INLINE void splitCell(const CellPosts& c, const ColumnRays& r, MarchCell& k)
     const VF met = hn::Min(hn::IfThenElse(crosses, hn::Min(k.f1, middle), k.f1), k.f0);
     k.low = met - sag;  // enough to pass, but no hit if it is not met
     const MF unmet = hn::And(k.low < hn::Neg(k.error), met >= hn::Neg(k.error));
-    k.open = hn::Or(k.open, maskI(hn::Or(unmet, hn::And(crosses, hn::Abs(middle) <= k.error))));
+    const MF onDiagonal = hn::And(crosses, hn::Abs(middle) <= k.error);
+    // f0 may be the diagonal's from here on: a ray that came in from below must not pass for one
+    // from above.
+    const MF notAbove = k.f0 <= k.error;
+    k.open = hn::Or(k.open, maskI(hn::Or(notAbove, hn::Or(unmet, onDiagonal))));
     const MF beyond = hn::And(crosses, middle > zero);
     k.f0 = hn::IfThenElse(beyond, middle, k.f0);
     k.slope =
