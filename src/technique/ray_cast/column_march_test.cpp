@@ -136,6 +136,8 @@ TEST_P(Targets, HitWhatTheOracleHitsOnUnlikeMips) {
 TEST_P(Targets, HitWhatTheOracleHitsOnTriangles) {
     const auto terrain = makeGround(PostFormat::Int16, false);
     for (const Look& look : looks()) expectLikeOracle(*terrain, look, 0, kSurfaceTriangles);
+    const auto holey = makeGround(PostFormat::Int16, true);
+    for (const Look& look : looks()) expectLikeOracle(*holey, look, 0, kSurfaceTriangles);
 }
 
 INSTANTIATE_TEST_SUITE_P(ColumnMarch, Targets, testing::ValuesIn(simdTargets()),
