@@ -60,7 +60,9 @@ HWY_INLINE MI isPast(const TerrainCut& cut, const MarchTile& tile, const MarchEr
     lowest = hn::IfThenElse(slope(to) < hn::Neg(steady), to1, lowest);
     lowest = hn::IfThenElse(slope(from) > steady, from1, lowest);
     const VF reach = hn::Max(hn::Abs(from), hn::Abs(to));
-    const VF error = hn::MulAdd(steady, reach, setF(e.height0));
+    // The errors are those near the anchor, where the bend counts for little: here it may not.
+    const VF bent = setF(4.0f * kFloatError) * r.bend * reach;
+    const VF error = hn::MulAdd(steady + bent, reach, setF(e.height0));
     const VF highest = setF(cut.maxZ - static_cast<float>(tile.anchorZ));
     const VF deepest = setF(cut.minZ - static_cast<float>(tile.anchorZ));
     const MF above = lowest - error > highest, below = hn::Max(from1, to1) + error < deepest;
