@@ -48,5 +48,8 @@ function(terray_room NAME)
     add_test(NAME ${NAME} COMMAND ${NAME}_test)
     set_tests_properties(${NAME} PROPERTIES TIMEOUT 600 LABELS unit)
     add_dependencies(unit_tests ${NAME}_test)
+    if(TERRAY_SANITIZE)
+      target_compile_options(${NAME}_test PRIVATE -O0)  # a third sooner compiled
+    endif()
   endif()
 endfunction()

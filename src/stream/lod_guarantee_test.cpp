@@ -170,7 +170,10 @@ private:
         };
         const WorldPoint from = ends(i0, j0), to = ends(i1, j1);
         const auto a = rays_.camera().project(from), b = rays_.camera().project(to);
-        if (!a || !b) return;
+        if (!a || !b || passesBy(a->x, b->x, rays_.camera().width) ||
+            passesBy(a->y, b->y, rays_.camera().height)) {
+            return;
+        }
         const double length = std::hypot(b->x - a->x, b->y - a->y);
         const int steps = std::clamp(static_cast<int>(length) + 1, 1, 2000);
         for (int s = 0; s <= steps; ++s) {
@@ -180,18 +183,35 @@ private:
         }
     }
 
+    /// Both ends lie on one side of the picture, far from it.
+    static bool passesBy(double a, double b, int size) {
+        constexpr double kMargin = 100;
+        return std::max(a, b) < -kMargin || std::min(a, b) > size + kMargin;
+    }
+
+    /// Once a pixel: the disc covers those around every place in it.
     void markDisc(double px, double py) {
         const Camera& camera = rays_.camera();
-        const double radius = tolerance_ + 1;
+        const double radius = tolerance_ + 2;
         if (!(std::abs(px) < 1e6 && std::abs(py) < 1e6)) return;
-        const int x0 = std::max(0, static_cast<int>(std::floor(px - radius)));
-        const int y0 = std::max(0, static_cast<int>(std::floor(py - radius)));
-        for (int y = y0; y <= std::min(camera.height - 1.0, py + radius); ++y) {
-            for (int x = x0; x <= std::min(camera.width - 1.0, px + radius); ++x) {
-                rims_[static_cast<size_t>(y * camera.width + x)] = 1;
+        const double atX = std::floor(px), atY = std::floor(py);
+        const bool inPicture = atX >= 0 && atY >= 0 && atX < camera.width && atY < camera.height;
+        if (inPicture) {
+            uint8_t& mark = rims_[static_cast<size_t>(atY * camera.width + atX)];
+            if (mark == kCentre) return;
+            mark = kCentre;
+        }
+        const int x0 = std::max(0, static_cast<int>(atX - radius));
+        const int y0 = std::max(0, static_cast<int>(atY - radius));
+        for (int y = y0; y <= std::min(camera.height - 1.0, atY + radius); ++y) {
+            for (int x = x0; x <= std::min(camera.width - 1.0, atX + radius); ++x) {
+                uint8_t& mark = rims_[static_cast<size_t>(y * camera.width + x)];
+                mark = std::max(mark, kNear);
             }
         }
     }
+
+    static constexpr uint8_t kNear = 1, kCentre = 2;
 
     const Subject& terrain_;
     const RayFrame& rays_;
