@@ -88,6 +88,7 @@ CutOptions cutOptions(const RenderOptions& options, double bend, const Sun& sun)
     cut.tolerancePx = options.tolerancePx;
     cut.exaggeration = options.exaggeration;
     cut.bend = bend;
+    cut.sampleShare = shadeSampleShare(options.samples);
     cut.surface = options.surface == Surface::Constant ? kSurfaceConstant : kSurfaceBilinear;
     if (options.shadows && !sun.belowHorizon) cut.sun = SunBound{sun.towards};
     return cut;
@@ -131,6 +132,7 @@ std::optional<GeoReference> Frame::georeference(const TerrainInfo& info) const {
 Result<std::unique_ptr<Frame>> makeFrame(const Terrain::State& state, const View& view,
                                          const RenderOptions& options) {
     const Stopwatch watch;
+    auto held = state.holdTiles();
     TERRAY_TRY(checkView(view));
     TERRAY_TRY(checkOptions(view, options));
     auto places = PlaceResolver::make(state, view.lonLat, options.surface);
@@ -153,7 +155,10 @@ Result<std::unique_ptr<Frame>> makeFrame(const Terrain::State& state, const View
                                          options.exaggeration, *bend);
     frame->options = options;
     frame->options.shadows = options.shadows && !sun->belowHorizon;
-    frame->cut = selectCut(*state.resident, *camera, cutOptions(options, *bend, *sun));
+    frame->held = std::move(held);
+    CutOptions cut = cutOptions(options, *bend, *sun);
+    TERRAY_TRY(bringTiles(*state.resident, *camera, cut));
+    frame->cut = selectCut(*state.resident, *camera, cut);
     auto technique = makeTechnique(options.technique);
     if (!technique) return technique.error();
     frame->technique = std::move(*technique);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
 
 #include "engine/terrain_state.h"
 #include "image/writer.h"
@@ -23,6 +24,7 @@ struct Frame {
     Frame& operator=(const Frame&) = delete;
 
     RayFrame rays;
+    std::unique_lock<std::mutex> held;  ///< of the tiles, where they come and go
     FrameCut cut;
     std::unique_ptr<Technique> technique;
     std::unique_ptr<Shader> shader;

@@ -30,6 +30,21 @@ std::string bytesText(uint64_t bytes) {
     return fmt::format("{:.0f} KiB", value / 1024.0);
 }
 
+StreamPlan planStreaming(bool hasPhoto, uint64_t asked, uint64_t physical) {
+    const uint64_t budget = budgetBytes(asked, physical);
+    const uint64_t other = gdalCacheBytes(asked, physical) + std::min(kFrameBytes, budget / 4);
+    const uint64_t left = budget - std::min(budget, other);
+    StreamPlan plan;
+    plan.photo = hasPhoto ? left / 4 : 0;
+    plan.tiles = left - plan.photo;
+    return plan;
+}
+
+bool fitsWhole(uint64_t required, uint64_t asked, uint64_t physical) {
+    const uint64_t budget = budgetBytes(asked, physical);
+    return required + gdalCacheBytes(asked, physical) + std::min(kFrameBytes, budget / 4) <= budget;
+}
+
 Result<MemoryPlan> planMemory(const std::string& source, uint64_t required, uint64_t asked,
                               uint64_t physical) {
     MemoryPlan plan;

@@ -22,6 +22,16 @@ struct MemoryPlan {
 Result<MemoryPlan> planMemory(const std::string& source, uint64_t required, uint64_t asked,
                               uint64_t physical);
 
+/// The same for a terrain whose tiles come and go: what of the budget they may take. `hasPhoto`: a
+/// quarter is left to it.
+struct StreamPlan {
+    uint64_t tiles = 0, photo = 0;
+};
+StreamPlan planStreaming(bool hasPhoto, uint64_t asked, uint64_t physical);
+
+/// True if a terrain of `required` bytes fits as a whole.
+bool fitsWhole(uint64_t required, uint64_t asked, uint64_t physical);
+
 /// The GDAL cache for a budget, known before a source is opened.
 uint64_t gdalCacheBytes(uint64_t asked, uint64_t physical);
 

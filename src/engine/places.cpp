@@ -39,7 +39,7 @@ Result<Vec2> PlaceResolver::dataFromWorld(Vec2 world) const {
 
 std::optional<double> PlaceResolver::groundHeight(Vec2 world) const {
     const LatticePoint at = state_->resident->info().worldFromLattice.latticeFromWorld(world);
-    const SurfaceCell cell = surfaceCellAt(state_->finest->cut(), at.i, at.j);
+    const SurfaceCell cell = state_->ground->cellAt(at.i, at.j);
     if (cell.slot == kNoSlot) return std::nullopt;
     return cell.height(surface_ == Surface::Constant ? kSurfaceConstant : kSurfaceBilinear);
 }

@@ -9,7 +9,7 @@
 
 namespace terray {
 
-/// confined (holds a GeoFrame).
+/// confined (holds a GeoFrame). Where tiles come and go its user holds them.
 class PlaceResolver {
 public:
     static Result<PlaceResolver> make(const Terrain::State& state, bool lonLat, Surface surface);

@@ -62,6 +62,18 @@ public:
             rays.push_back(frame_.latticeRay({a.origin, glm::normalize(a.direction)}));
             rays.back().tMax = a.length;
         }
+        std::vector<QueryHit> result(rays.size());
+        if (state_.resident->streamer() != nullptr) {
+            const auto found = [&](size_t k, const TerrainCut& cut,
+                                   const Hit& hit) -> Result<void> {
+                auto described = describe(cut, rays[k], asked[k].direction, hit);
+                if (!described) return described.error();
+                result[k] = *described;
+                return {};
+            };
+            TERRAY_TRY(firstHitsFar(*state_.resident, surface_, rays, found));
+            return result;
+        }
         std::vector<Hit> hits(rays.size());
         constexpr size_t kChunk = 1024;
         tbb::parallel_for(
@@ -72,10 +84,9 @@ public:
                           std::span(hits).subspan(range.begin(), range.size()), counters);
             });
         if (isInterrupted()) return makeError(ErrorCode::Interrupted, "interrupted");
-        std::vector<QueryHit> result(rays.size());
         for (size_t k = 0; k < rays.size(); ++k) {
             if (!isHit(hits[k])) continue;
-            auto hit = describe(rays[k], asked[k].direction, hits[k]);
+            auto hit = describe(cut_.cut(), rays[k], asked[k].direction, hits[k]);
             if (!hit) return hit.error();
             result[k] = *hit;
         }
@@ -85,38 +96,41 @@ public:
 private:
     Query(const Terrain::State& state, const QueryOptions& options, PlaceResolver places,
           double bend)
-        : cut_(finestCut(*state.resident, options.surface == Surface::Constant ? kSurfaceConstant
-                                                                               : kSurfaceBilinear)),
+        : state_(state),
+          surface_(options.surface == Surface::Constant ? kSurfaceConstant : kSurfaceBilinear),
           places_(std::move(places)),
           frame_(Camera{}, state.resident->info().worldFromLattice, 1.0, bend),
-          bend_(bend) {}
+          bend_(bend) {
+        if (state.resident->streamer() == nullptr) cut_ = finestCut(*state.resident, surface_);
+    }
 
-    Result<QueryHit> describe(const Ray& ray, const Vec3& direction, const Hit& hit) const {
+    Result<QueryHit> describe(const TerrainCut& cut, const Ray& ray, const Vec3& direction,
+                              const Hit& hit) const {
         QueryHit q;
         q.hit = true;
         q.distance = static_cast<double>(hit.t);
         q.fromBelow = (hit.flags & kHitFromBelow) != 0;
-        const LatticePlace place = hitPlace(cut_.cut(), hit);
+        const LatticePlace place = hitPlace(cut, hit);
         const Vec2 world = frame_.worldFromLattice().worldFromLattice({place.i, place.j});
         auto data = places_.dataFromWorld(world);
         if (!data) return data.error();
         q.x = data->x;
         q.y = data->y;
         const bool wall = (hit.flags & kHitStrip) != 0;
-        q.z = wall ? RayFrame::heightAt(ray, q.distance) : hitHeight(cut_.cut(), hit);
-        const Vec3 normal = wall ? frame_.wallNormal(hit, direction) : groundNormal(hit);
+        q.z = wall ? RayFrame::heightAt(ray, q.distance) : hitHeight(cut, hit);
+        const Vec3 normal = wall ? frame_.wallNormal(hit, direction) : groundNormal(cut, hit);
         q.normalX = normal.x;
         q.normalY = normal.y;
         q.normalZ = normal.z;
         return q;
     }
 
-    Vec3 groundNormal(const Hit& hit) const {
-        if (cut_.cut().surface == kSurfaceConstant) return {0, 0, 1};
-        const TileDesc& tile = cut_.cut().tiles[hit.tile];
+    Vec3 groundNormal(const TerrainCut& cut, const Hit& hit) const {
+        if (cut.surface == kSurfaceConstant) return {0, 0, 1};
+        const TileDesc& tile = cut.tiles[hit.tile];
         const int x = static_cast<int>(cellX(hit)), y = static_cast<int>(cellY(hit));
         const auto post = [&](int i, int j) {
-            return static_cast<double>(postHeight(cut_.cut(), tile, x + i, y + j));
+            return static_cast<double>(postHeight(cut, tile, x + i, y + j));
         };
         const double h00 = post(0, 0), h10 = post(1, 0), h01 = post(0, 1), h11 = post(1, 1);
         const double u = static_cast<double>(hit.u), v = static_cast<double>(hit.v);
@@ -126,7 +140,9 @@ private:
         return glm::normalize(Vec3{-slope.x, -slope.y, 1});
     }
 
-    FrameCut cut_;
+    const Terrain::State& state_;
+    SurfaceKind surface_;
+    FrameCut cut_;  ///< mip 0 everywhere, where all tiles are resident
     PlaceResolver places_;
     RayFrame frame_;
     double bend_;
@@ -137,6 +153,7 @@ template <class T, class Work>
 Result<T> inArena(const Terrain& terrain, const QueryOptions& options, Work work) {
     try {
         Result<T> result = T{};
+        const auto held = terrain.state().holdTiles();
         terrain.state().arena.execute([&] {
             auto query = Query::make(terrain.state(), options);
             if (query)

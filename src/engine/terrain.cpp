@@ -34,7 +34,7 @@ Result<void> loadPhotoOf(Terrain::State& state, const OpenOptions& options, uint
 /// What is the same for a DEM and a store once its tiles are resident.
 Result<void> finish(Terrain::State& state, const std::string& source, const OpenOptions& options,
                     uint64_t photoBytes) {
-    state.finest = finestCut(*state.resident, kSurfaceBilinear);
+    state.ground = std::make_unique<FinestGround>(*state.resident);
     describeLattice(state.resident->info(), state.facts);
     state.facts.hasRange = true;
     state.facts.minHeight = static_cast<double>(state.resident->info().minZ);
@@ -51,16 +51,28 @@ Result<void> openStoreInto(Terrain::State& state, const std::string& source,
     auto store = openStore(source, options);
     if (!store) return store.error();
     const uint64_t required = ResidentTerrain::requiredBytes((*store)->info());
-    auto plan = planMemory(source, required, options.memoryBytes, physical);
-    if (!plan) return plan.error();
     const double headerMs = watch.elapsedMs();
-    auto resident = ResidentTerrain::build(**store, plan->budget, state.build);
-    if (!resident) return resident.error();
-    state.resident = std::move(*resident);
     state.dataCrsWkt = (*store)->manifest().dataCrsWkt;
     state.facts = describeStore(**store);
+    uint64_t photoBytes = 0;
+    if (fitsWhole(required, options.memoryBytes, physical)) {
+        auto plan = planMemory(source, required, options.memoryBytes, physical);
+        if (!plan) return plan.error();
+        photoBytes = plan->photo;
+        auto resident = ResidentTerrain::build(**store, plan->budget, state.build);
+        if (!resident) return resident.error();
+        state.resident = std::move(*resident);
+    } else {
+        const StreamPlan plan =
+            planStreaming(!options.photo.empty(), options.memoryBytes, physical);
+        photoBytes = plan.photo;
+        const int kept = ShadeCache::overviewMip((*store)->info().scheme);
+        auto resident = ResidentTerrain::stream(std::move(*store), kept, plan.tiles, state.build);
+        if (!resident) return resident.error();
+        state.resident = std::move(*resident);
+    }
     const Stopwatch photoWatch;
-    TERRAY_TRY(finish(state, source, options, plan->photo));
+    TERRAY_TRY(finish(state, source, options, photoBytes));
     state.build.loadMs += headerMs + photoWatch.elapsedMs();
     return {};
 }

@@ -5,9 +5,11 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 
+#include "engine/residency.h"
 #include "geo/frame.h"
 #include "kernel/sweep/sun_cache.h"
 #include "raster/photo.h"
@@ -18,12 +20,16 @@
 
 namespace terray {
 
-/// const-shared, but for arena and cache, which are synchronised by themselves.
+/// const-shared, but for arena and cache, which are synchronised by themselves, and for resident
+/// and ground where tiles come and go, which `tiles` guards.
 struct Terrain::State {
     SourceInfo facts;
     std::string dataCrsWkt;
     std::unique_ptr<ResidentTerrain> resident;
-    std::optional<FrameCut> finest;  ///< bilinear, mip 0 everywhere
+    std::unique_ptr<FinestGround> ground;
+    /// Held by whoever traces a terrain whose tiles come and go, from bringing them to the last
+    /// ray.
+    mutable std::mutex tiles;
     std::optional<Photo> photo;
     BuildStats build;               ///< loadMs: with header and photo
     int threads = 0;                ///< cores that work uses
@@ -34,6 +40,11 @@ struct Terrain::State {
 
     /// Maps between the data's CRS, degrees and world; one for each caller (confined).
     Result<GeoFrame> makeGeoFrame() const;
+    /// Locks `tiles` where they come and go.
+    std::unique_lock<std::mutex> holdTiles() const {
+        return resident->streamer() != nullptr ? std::unique_lock(tiles)
+                                               : std::unique_lock<std::mutex>();
+    }
     /// No sample has a height.
     bool isEmpty() const;
     /// World rectangle of all posts, metres.

@@ -114,7 +114,6 @@ void TestCut::fillTile(const Heights& posts, int mip, int x, int y, uint32_t slo
     tile.z0 = z0_;
     tile.zStep = zStep_;
     tile.mipFlags = static_cast<uint32_t>(mip);
-    tile.parent = mip < cut_.rootLevel ? slotOf(mip + 1, x / 2, y / 2) : kNoSlot;
     for (int j = 0; j <= kCells; ++j)
         for (int i = 0; i <= kCells; ++i) {
             const float z = posts.at(std::min(x * kCells + i, posts.columns - 1),

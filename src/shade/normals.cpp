@@ -124,6 +124,15 @@ bool FilteredGradient::at(double i, double j, float footprint, glm::vec2& gradie
     int mip = blend.mip;
     while (--mip >= 0)  // beside a hole a finer mip may still have a cell
         if (ofMip(mip, i, j, gradient)) return true;
+    return atLate(blend.mip, i, j, gradient);
+}
+
+/// Where the tile of a mip has not arrived, a coarser one must do.
+bool FilteredGradient::atLate(int mip, double i, double j, glm::vec2& gradient) const {
+    const auto column = static_cast<int64_t>(std::clamp<double>(i, 0, cut_.cellsX - 1));
+    const auto row = static_cast<int64_t>(std::clamp<double>(j, 0, cut_.cellsY - 1));
+    while (mip < maxMip_ && slotAt(cut_, mip, column, row) == kNoSlot)
+        if (ofMip(++mip, i, j, gradient)) return true;
     return false;
 }
 

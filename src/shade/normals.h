@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Filtered gradients of the terrain: from the mip that fits a footprint, smooth across cells, tiles
-// and mips, whatever mips the frame draws (all are resident).
+// and mips, whatever mips the frame draws: those that it wants for this are resident too, or late.
 #pragma once
 
 #include <glm/vec2.hpp>
@@ -32,6 +32,7 @@ private:
     void enter(int mip, int32_t x, int32_t y, LastTile& tile) const;
     void fetch(const Ints& mip, int step, Patches& patches) const;
     bool gather(int mip, int64_t column, int64_t row, float (&z)[4][4]) const;
+    bool atLate(int mip, double i, double j, glm::vec2& gradient) const;
     float postAt(int mip, int64_t i, int64_t j) const;
 
     const TerrainCut& cut_;

@@ -12,11 +12,16 @@
 
 namespace terray {
 
+int overviewMip(const TilingScheme& scheme, int64_t mostPosts) {
+    int mip = 0;
+    while (mip + 1 < scheme.mipCount() && scheme.columnsAt(mip) * scheme.rowsAt(mip) > mostPosts)
+        ++mip;
+    return mip;
+}
+
 Overview makeOverview(const TerrainCut& cut, const TilingScheme& scheme, int64_t mostPosts) {
     Overview view;
-    while (view.mip + 1 < scheme.mipCount() &&
-           scheme.columnsAt(view.mip) * scheme.rowsAt(view.mip) > mostPosts)
-        ++view.mip;
+    view.mip = overviewMip(scheme, mostPosts);
     view.width = static_cast<int>(scheme.columnsAt(view.mip));
     view.height = static_cast<int>(scheme.rowsAt(view.mip));
     const auto stride = static_cast<size_t>(view.width);

@@ -14,6 +14,8 @@ struct Overview {
     std::vector<float> heights;  ///< metres, row by row; NaN for holes
 };
 
+int overviewMip(const TilingScheme& scheme, int64_t mostPosts);
+
 /// The finest mip of at most `mostPosts` posts (or the coarsest one).
 Overview makeOverview(const TerrainCut& cut, const TilingScheme& scheme, int64_t mostPosts);
 

@@ -48,6 +48,9 @@ struct ShadeCounters {
 class HeightRamp;
 class ShadeCache;
 
+/// Of a pixel's width, what one of `samples` covers.
+float shadeSampleShare(int samples);
+
 /// All that is prepared once per frame: ramp, sky-light field, photo mips, haze. const-shared.
 class Shader {
 public:

@@ -33,6 +33,10 @@ void isolated(const Work& work) {
 
 }  // namespace
 
+int ShadeCache::overviewMip(const TilingScheme& scheme) {
+    return terray::overviewMip(scheme, kOverviewPosts);
+}
+
 Overview ShadeCache::overviewOf(const TerrainCut& cut, const TerrainInfo& info) {
     return makeOverview(cut, info.scheme, kOverviewPosts);
 }

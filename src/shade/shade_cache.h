@@ -46,6 +46,8 @@ public:
     Result<std::shared_ptr<const Ramp>> ramp(const std::string& nameOrFile,
                                              const HeightSurvey& survey);
 
+    /// The mip that all of the above is made from, wholly resident.
+    static int overviewMip(const TilingScheme& scheme);
     /// The grid that all of the above is made from.
     static Overview overviewOf(const TerrainCut& cut, const TerrainInfo& info);
 

@@ -12,10 +12,6 @@ namespace terray {
 namespace {
 
 /// Width that a sample stands for: the samples of a pixel share it, a little overlapping.
-float sampleShare(int samples) {
-    return std::min(1.0f, 1.25f / std::sqrt(static_cast<float>(std::max(samples, 1))));
-}
-
 bool needsRamp(Shading shading) {
     return shading == Shading::Photo || shading == Shading::Ramp || shading == Shading::Grid;
 }
@@ -52,6 +48,10 @@ bool sweepPays(const ResidentTerrain& terrain, const TerrainCut& cut, const Came
 
 }  // namespace
 
+float shadeSampleShare(int samples) {
+    return std::min(1.0f, 1.25f / std::sqrt(static_cast<float>(std::max(samples, 1))));
+}
+
 Result<std::unique_ptr<Shader>> Shader::make(const ResidentTerrain& terrain, const TerrainCut& cut,
                                              const RayFrame& rays, const Photo* photo,
                                              const ShadeSettings& settings, ShadeCache* cache) {
@@ -75,7 +75,7 @@ DeferredShader::DeferredShader(const ResidentTerrain& terrain, const TerrainCut&
       rays_(rays),
       settings_(settings),
       background_(background),
-      ground_(cut, terrain.info(), rays, sampleShare(settings.options.samples),
+      ground_(cut, terrain.info(), rays, shadeSampleShare(settings.options.samples),
               needsFeet(settings)),
       sunRays_(settings.sun, rays),
       reach_(computeReach(rays.camera(), terrain.info(), rays.exaggeration())),
@@ -83,7 +83,7 @@ DeferredShader::DeferredShader(const ResidentTerrain& terrain, const TerrainCut&
       air_(makeAir(reach_, rays.camera(), settings)),
       display_(&DisplayCurve::forPictures(isLit(settings.shading))),
       photo_(photo),
-      sampleShare_(sampleShare(settings.options.samples)) {}
+      sampleShare_(shadeSampleShare(settings.options.samples)) {}
 
 Result<void> DeferredShader::prepare(ShadeCache& cache) {
     if (!isLit(settings_.shading)) return {};

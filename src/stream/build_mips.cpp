@@ -8,12 +8,11 @@
 
 #include "base/progress.h"
 #include "base/workers.h"
+#include "stream/slot.h"
 #include "tile/block_bounds.h"
 
 namespace terray {
 namespace {
-
-constexpr int kBlocksPerTile = kTileBlocks * kTileBlocks;
 
 /// A row of blocks of a tile: the unit of work, small enough for a core's cache.
 struct Strip {
@@ -42,7 +41,7 @@ public:
         TERRAY_TRY(eachStrip<SurfaceComparer>(
             all, progress,
             [this](SurfaceComparer& comparer, Strip strip) { measureStrip(comparer, strip); }));
-        for (uint32_t slot = pool_.mips > 1 ? pool_.firstSlot[1] : 0; slot < pool_.tiles.size();
+        for (uint32_t slot = pool_.mips > 1 ? pool_.firstTile[1] : 0; slot < pool_.tiles.size();
              ++slot) {
             inheritBlocks(slot);
         }
@@ -55,15 +54,10 @@ public:
         TERRAY_TRY(eachSlot(progress));
         for (uint32_t slot = 0; slot < pool_.tiles.size(); ++slot) {
             const TileId id = pool_.ids[slot];
-            const auto width = static_cast<size_t>(pool_.scheme.tilesX(id.mip)) * kTileBlocks;
-            for (int k = 0; k < kBlocksPerTile; ++k) {
+            for (int k = 0; k < int{kBlocksPerTile}; ++k) {
                 const int x = k % kTileBlocks, y = k / kTileBlocks;
-                const size_t row = static_cast<size_t>(id.y) * kTileBlocks + static_cast<size_t>(y);
-                const size_t column =
-                    static_cast<size_t>(id.x) * kTileBlocks + static_cast<size_t>(x);
                 BlockBounds& out = block(slot, x, y);
-                const BlockBounds own =
-                    std::exchange(out, source.bounds(id.mip)[row * width + column]);
+                const BlockBounds own = std::exchange(out, source.block(id, x, y));
                 out.minZ = own.minZ;
                 out.maxZ = own.maxZ;
             }
@@ -74,7 +68,7 @@ public:
 private:
     std::vector<Strip> stripsOf(int mip) const {
         std::vector<Strip> strips;
-        const uint32_t first = pool_.firstSlot[static_cast<size_t>(mip)];
+        const uint32_t first = pool_.firstTile[static_cast<size_t>(mip)];
         const uint32_t count = static_cast<uint32_t>(pool_.scheme.tileCount(mip));
         for (uint32_t slot = first; slot < first + count; ++slot) {
             const int blockRows = (pool_.cellsY(pool_.ids[slot]) + kBlockCells - 1) / kBlockCells;
@@ -99,8 +93,9 @@ private:
     Result<void> eachSlot(Progress& progress) {
         const auto makeWorker = [] { return Result<int>(0); };
         const auto step = [&](int&, int64_t slot) -> Result<void> {
-            makePyramid(static_cast<uint32_t>(slot));
-            makeSharpness(static_cast<uint32_t>(slot));
+            makePyramid(pool_, static_cast<uint32_t>(slot));
+            takeHeights(static_cast<uint32_t>(slot));
+            makeSharpness(pool_, static_cast<uint32_t>(slot));
             progress.advance();
             return {};
         };
@@ -108,16 +103,14 @@ private:
     }
 
     void makePosts(CoarseFitter& fitter, Strip strip) const;
-    void makePyramid(uint32_t slot);
-    void makeSharpness(uint32_t slot);
+    void takeHeights(uint32_t slot);
     void measureStrip(SurfaceComparer& comparer, Strip strip);
     void measureStepsOf(Strip strip);
     void measureErrors(SurfaceComparer& comparer, Strip strip, int coarseMip, int fineMip);
     void inheritBlocks(uint32_t slot);
 
     BlockBounds& block(uint32_t slot, int x, int y) {
-        return pool_
-            .blocks[size_t{slot} * kBlocksPerTile + static_cast<size_t>(y * kTileBlocks + x)];
+        return pool_.blocks[slot * kBlocksPerTile + static_cast<size_t>(y * kTileBlocks + x)];
     }
     int stripRows(Strip strip) const {
         return std::min(kBlockCells,
@@ -145,69 +138,18 @@ void Builder::makePosts(CoarseFitter& fitter, Strip strip) const {
 }
 
 /// The blocks of 64 x 64 cells are the pyramid's level 6.
-void Builder::makePyramid(uint32_t slot) {
+void Builder::takeHeights(uint32_t slot) {
     constexpr int kBlockLevel = 6;
     static_assert(kTileCells >> kBlockLevel == kTileBlocks);
-    const TileId id = pool_.ids[slot];
-    TileDesc& tile = pool_.tiles[slot];
-    uint32_t* bounds = pool_.bounds + tile.bounds;
-    const int cellsX = pool_.cellsX(id), cellsY = pool_.cellsY(id);
-    pool_.slotBounds[slot] =
-        pool_.format == PostFormat::Int16
-            ? buildPyramid(pool_.postsOf<const uint16_t>(slot), cellsX, cellsY, tile, bounds)
-            : buildPyramid(pool_.postsOf<const float>(slot), cellsX, cellsY, tile, bounds);
-    for (int k = 0; k < kBlocksPerTile; ++k) {
-        const uint32_t entry = bounds[levelOffset(kBlockLevel) + static_cast<uint32_t>(k)];
+    const TileDesc& tile = pool_.tiles[slot];
+    const uint32_t* entries = pool_.bounds + tile.bounds + levelOffset(kBlockLevel);
+    for (int k = 0; k < int{kBlocksPerTile}; ++k) {
+        const uint32_t entry = entries[k];
         const auto height = [&](uint32_t code) {
             return std::fma(tile.boundsStep, static_cast<float>(code), tile.boundsZ0);
         };
-        setHeights(block(slot, k % kTileBlocks, k / kTileBlocks), id.mip, entry == kEmptyBounds,
-                   height(entry & 0xFFFFu), height(entry >> 16));
-    }
-}
-
-/// Borders are shared: the posts beyond a tile's rim are the second ones of its neighbours.
-template <class Post>
-struct HaloPosts {
-    std::vector<Post> left, right, top, bottom;
-    TileHalo<Post> halo() const {
-        const auto at = [](const std::vector<Post>& posts) {
-            return posts.empty() ? nullptr : posts.data();
-        };
-        return {at(left), at(right), at(top), at(bottom)};
-    }
-};
-template <class Post>
-HaloPosts<Post> haloOf(const ResidentTerrain::Pool& pool, TileId id) {
-    HaloPosts<Post> halo;
-    const auto take = [&](int dx, int dy, int column, int row, ptrdiff_t step, int count,
-                          std::vector<Post>& out) {
-        const uint32_t slot = pool.slotOf({id.mip, id.x + dx, id.y + dy});
-        if (slot == kNoSlot) return;
-        const Post* from = pool.postsOf<Post>(slot) + ptrdiff_t{row} * kPostStride + column;
-        for (int k = 0; k < count; ++k) out.push_back(from[k * step]);
-    };
-    const int width = pool.cellsX(id) + 1, height = pool.cellsY(id) + 1;
-    take(-1, 0, kTileCells - 1, 0, kPostStride, height, halo.left);
-    take(1, 0, 1, 0, kPostStride, height, halo.right);
-    take(0, -1, 0, kTileCells - 1, 1, width, halo.top);
-    take(0, 1, 0, 1, 1, width, halo.bottom);
-    return halo;
-}
-
-void Builder::makeSharpness(uint32_t slot) {
-    const TileId id = pool_.ids[slot];
-    const int cellsX = pool_.cellsX(id), cellsY = pool_.cellsY(id);
-    uint8_t* out = pool_.sharpness.data() + size_t{slot} * kSlotSharpness;
-    float& sharpest = pool_.slotBounds[slot].sharpest;
-    if (pool_.format == PostFormat::Int16) {
-        const auto halo = haloOf<uint16_t>(pool_, id);
-        sharpest = buildSharpness(pool_.postsOf<const uint16_t>(slot), cellsX, cellsY, halo.halo(),
-                                  pool_.tiles[slot], out);
-    } else {
-        const auto halo = haloOf<float>(pool_, id);
-        sharpest =
-            buildSharpness(pool_.postsOf<const float>(slot), cellsX, cellsY, halo.halo(), out);
+        setHeights(block(slot, k % kTileBlocks, k / kTileBlocks), pool_.ids[slot].mip,
+                   entry == kEmptyBounds, height(entry & 0xFFFFu), height(entry >> 16));
     }
 }
 
@@ -260,7 +202,7 @@ void Builder::measureErrors(SurfaceComparer& comparer, Strip strip, int coarseMi
 void Builder::inheritBlocks(uint32_t slot) {
     const TileId id = pool_.ids[slot];
     if (id.mip == 0) return;
-    for (int k = 0; k < kBlocksPerTile; ++k) {
+    for (int k = 0; k < int{kBlocksPerTile}; ++k) {
         const int x = k % kTileBlocks, y = k / kTileBlocks;
         BlockBounds& out = block(slot, x, y);
         for (int child = 0; child < 4; ++child) {

@@ -6,9 +6,10 @@
 #include <cmath>
 #include <limits>
 
+#include "base/assert.h"
 #include "kernel/pyramid.h"
 #include "stream/pool.h"
-#include "stream/selector.h"
+#include "stream/tile_rule.h"
 
 namespace terray {
 namespace {
@@ -35,13 +36,13 @@ struct Directory {
         cut.tileCount = static_cast<uint32_t>(pool.tiles.size());
         cut.cellsX = static_cast<int32_t>(pool.scheme.columns - 1);
         cut.cellsY = static_cast<int32_t>(pool.scheme.rows - 1);
-        squares.resize(pool.tiles.size());
-        for (uint32_t slot = 0; slot < pool.tiles.size(); ++slot) {
-            squares[slot] = Square{0, 0, slot, kSquareCovered};
+        squares.resize(pool.slots.size());
+        for (size_t number = 0; number < squares.size(); ++number) {
+            squares[number] = Square{0, 0, pool.slots[number], kSquareCovered};
         }
         for (int mip = 0; mip < pool.mips; ++mip) {
-            // Squares stand in the order of the slots.
-            cut.levels[mip] = DirectoryLevel{pool.firstSlot[static_cast<size_t>(mip)],
+            // Squares stand in the order of the tiles' numbers.
+            cut.levels[mip] = DirectoryLevel{pool.firstTile[static_cast<size_t>(mip)],
                                              static_cast<uint32_t>(pool.scheme.tilesX(mip)),
                                              static_cast<uint32_t>(pool.scheme.tilesY(mip))};
         }
@@ -60,8 +61,14 @@ struct Directory {
         cut.unlikeMips = std::count_if(tilesPerMip.begin(), tilesPerMip.end(), drawn) > 1 ? 1 : 0;
     }
 
-    Square& draw(uint32_t slot) {
-        Square& square = squares[slot];
+    Square& draw(uint32_t number) {
+        Square& square = squares[number];
+        const uint32_t slot = square.slot;
+        if (slot == kNoSlot) {
+            TERRAY_ASSERT(pool.isHollow(number));
+            square.state = kSquareEmpty;
+            return square;
+        }
         const SlotBounds& bounds = pool.slotBounds[slot];
         const TileDesc& tile = pool.tiles[slot];
         square.minZ = bounds.minZ;
@@ -76,7 +83,7 @@ struct Directory {
         lowestCode = std::min({lowestCode, tile.boundsZ0, cut.format == 0 ? tile.z0 : lowestCode});
         highestCode =
             std::max({highestCode, tile.boundsZ0, cut.format == 0 ? tile.z0 : highestCode});
-        for (const BlockBounds& block : blocksOf(slot)) {
+        for (const BlockBounds& block : pool.blocksOf(number)) {
             const float error = block.errorToFinest +
                                 (cut.surface != kSurfaceBilinear ? 2 * block.cellRange : 0.0f);
             if ((tile.mipFlags & kTileMipMask) != 0) cut.maxError = std::max(cut.maxError, error);
@@ -84,19 +91,23 @@ struct Directory {
         return square;
     }
 
-    /// Draws the tile where `serves` says so, else its children.
+    /// Draws the tile where `serves` says so or finer ones are not there, else its children.
     template <class Serves>
     const Square& fill(TileId id, const Serves& serves) {
-        const uint32_t slot = pool.slotOf(id);
-        if (id.mip == 0 || serves(slot)) return draw(slot);
-        Square& square = squares[slot];
+        const uint32_t number = pool.numberOf(id);
+        if (id.mip == 0 || serves(number)) return draw(number);
+        uint32_t finer[4];
+        const int count = childrenOf(pool, id, finer);
+        if (!std::all_of(finer, finer + count, [&](uint32_t n) { return pool.isHere(n); })) {
+            ++standIns;
+            return draw(number);
+        }
+        Square& square = squares[number];
         square.minZ = kInfinity;
         square.maxZ = -kInfinity;
         square.state = kSquareEmpty;
-        for (int child = 0; child < 4; ++child) {
-            const TileId finer{id.mip - 1, 2 * id.x + child % 2, 2 * id.y + child / 2};
-            if (pool.slotOf(finer) == kNoSlot) continue;
-            const Square& inside = fill(finer, serves);
+        for (int child = 0; child < count; ++child) {
+            const Square& inside = fill(pool.tileOf(finer[child]), serves);
             if (inside.state == kSquareEmpty) continue;
             square.state = kSquareDescend;
             square.minZ = std::min(square.minZ, inside.minZ);
@@ -105,49 +116,40 @@ struct Directory {
         return square;
     }
 
-    float lowestCode = kInfinity, highestCode = -kInfinity;  ///< of drawn tiles' z0
-
-    std::span<const BlockBounds> blocksOf(uint32_t slot) const {
-        constexpr size_t count = kTileBlocks * kTileBlocks;
-        return {pool.blocks.data() + slot * count, count};
-    }
-};
-
-/// True if every block of a tile may be drawn.
-bool tileServes(const Directory& directory, const Selector& selector, uint32_t slot) {
-    const ResidentTerrain::Pool& pool = directory.pool;
-    const TileDesc& tile = pool.tiles[slot];
-    const double blockSize = std::ldexp(kBlockCells, pool.ids[slot].mip);
-    const std::span<const BlockBounds> blocks = directory.blocksOf(slot);
-    for (int y = 0; y < kTileBlocks; ++y) {
-        for (int x = 0; x < kTileBlocks; ++x) {
-            const double i0 = tile.x + x * blockSize, j0 = tile.y + y * blockSize;
-            if (i0 >= directory.cut.cellsX || j0 >= directory.cut.cellsY) continue;
-            const LatticeBox box{i0, j0, std::min<double>(i0 + blockSize, directory.cut.cellsX),
-                                 std::min<double>(j0 + blockSize, directory.cut.cellsY)};
-            if (!selector.serves(blocks[static_cast<size_t>(y * kTileBlocks + x)], box)) {
-                return false;
-            }
+    /// Takes all other tiles but the pool's coarse ones, which stay, out of the page table.
+    void hideAllBut(const std::vector<TileId>& shown) {
+        std::vector<uint8_t> isShown(squares.size(), 0);
+        for (const TileId id : shown) isShown[pool.numberOf(id)] = 1;
+        const uint32_t kept = pool.firstTile[static_cast<size_t>(pool.firstKept)];
+        for (uint32_t number = 0; number < kept; ++number) {
+            if (!isShown[number]) squares[number].slot = kNoSlot;
         }
     }
-    return true;
-}
+
+    float lowestCode = kInfinity, highestCode = -kInfinity;  ///< of drawn tiles' z0
+    uint64_t standIns = 0;  ///< tiles drawn because finer ones are absent
+};
 
 }  // namespace
 
 FrameCut selectCut(const ResidentTerrain& terrain, const Camera& camera,
                    const CutOptions& options) {
-    if (options.tolerancePx <= 0) return finestCut(terrain, options.surface);
     const ResidentTerrain::Pool& pool = terrain.pool();
+    if (options.tolerancePx <= 0 && pool.isWhole()) return finestCut(terrain, options.surface);
     FrameCut frame;
     Directory directory{pool, frame.cut_, frame.squares_, frame.tilesPerMip_};
     directory.start(options.surface);
-    const Selector selector(pool.worldFromLattice, static_cast<double>(terrain.info().minZ), camera,
-                            options);
-    directory.finish(directory.fill(TileId{pool.mips - 1, 0, 0}, [&](uint32_t slot) {
-        return tileServes(directory, selector, slot);
-    }));
+    const TileRule rule(terrain, camera, options);
+    directory.finish(directory.fill(TileId{pool.mips - 1, 0, 0},
+                                    [&](uint32_t number) { return rule.serves(number); }));
+    frame.standIns_ = directory.standIns;
+    if (!pool.isWhole()) directory.hideAllBut(rule.wanted());
     return frame;
+}
+
+std::vector<TileId> wantedTiles(const ResidentTerrain& terrain, const Camera& camera,
+                                const CutOptions& options) {
+    return TileRule(terrain, camera, options).wanted();
 }
 
 FrameCut finestCut(const ResidentTerrain& terrain, SurfaceKind surface) {
@@ -156,6 +158,29 @@ FrameCut finestCut(const ResidentTerrain& terrain, SurfaceKind surface) {
     directory.start(surface);
     directory.finish(
         directory.fill(TileId{terrain.pool().mips - 1, 0, 0}, [](uint32_t) { return false; }));
+    frame.standIns_ = directory.standIns;
+    return frame;
+}
+
+FrameCut cutOf(const ResidentTerrain& terrain, SurfaceKind surface, std::span<const TileId> tiles) {
+    const ResidentTerrain::Pool& pool = terrain.pool();
+    FrameCut frame;
+    Directory directory{pool, frame.cut_, frame.squares_, frame.tilesPerMip_};
+    directory.start(surface);
+    for (Square& square : frame.squares_) square.state = kSquareEmpty;
+    for (TileId id : tiles) {
+        const Square drawn = directory.draw(pool.numberOf(id));
+        if (drawn.state == kSquareEmpty) continue;
+        while (++id.mip < pool.mips) {
+            id = {id.mip, id.x / 2, id.y / 2};
+            Square& above = frame.squares_[pool.numberOf(id)];
+            const bool isFirst = above.state == kSquareEmpty;
+            above.state = kSquareDescend;
+            above.minZ = isFirst ? drawn.minZ : std::min(above.minZ, drawn.minZ);
+            above.maxZ = isFirst ? drawn.maxZ : std::max(above.maxZ, drawn.maxZ);
+        }
+    }
+    directory.finish(frame.squares_.back());
     return frame;
 }
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "kernel/layout/layout.h"
@@ -23,6 +24,7 @@ struct CutOptions {
     double exaggeration = 1;         ///< camera is in picture space
     double bend = 0;                 ///< c of the surface's bent rays
     SurfaceKind surface = kSurfaceBilinear;
+    double sampleShare = 1;       ///< of a pixel's width that one sample of shading covers
     std::optional<SunBound> sun;  ///< receiver-based bound for what casts shadows
 };
 
@@ -36,20 +38,35 @@ public:
     const TerrainCut& cut() const { return cut_; }
     /// Drawn tiles per mip, for statistics.
     const std::vector<uint64_t>& tilesPerMip() const { return tilesPerMip_; }
+    /// Tiles that are drawn because finer ones are not resident: 0 unless tiles are late.
+    uint64_t standIns() const { return standIns_; }
 
 private:
     friend FrameCut selectCut(const ResidentTerrain&, const Camera&, const CutOptions&);
     friend FrameCut finestCut(const ResidentTerrain&, SurfaceKind);
+    friend FrameCut cutOf(const ResidentTerrain&, SurfaceKind, std::span<const TileId>);
     std::vector<Square> squares_;
     std::vector<uint64_t> tilesPerMip_;
+    uint64_t standIns_ = 0;
     TerrainCut cut_;
 };
 
 /// Per tile: coarsest mip whose error, seen from the eye, stays below tolerance / 1.5 in every
 /// block.
+/// Where such a tile is not resident a coarser one is drawn. Of what is resident, only
+/// wantedTiles() and the tiles that stay are in the cut's page table, so that a picture does not
+/// depend on what others have left in memory.
 FrameCut selectCut(const ResidentTerrain& terrain, const Camera& camera, const CutOptions& options);
+
+/// The tiles that selectCut() would like to draw, those that shading reads where they are seen, and
+/// all coarser ones over them; coarse ones first, near ones first within a mip.
+std::vector<TileId> wantedTiles(const ResidentTerrain& terrain, const Camera& camera,
+                                const CutOptions& options);
 
 /// Mip 0 everywhere: queries, tests.
 FrameCut finestCut(const ResidentTerrain& terrain, SurfaceKind surface);
+
+/// These tiles, which must be resident and must not overlap, and nothing else.
+FrameCut cutOf(const ResidentTerrain& terrain, SurfaceKind surface, std::span<const TileId> tiles);
 
 }  // namespace terray

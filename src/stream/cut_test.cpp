@@ -158,9 +158,10 @@ uint64_t finestTiles(const ResidentTerrain& terrain, const Camera& camera,
 TEST(SelectCut, ExaggerationConstantCellsAndShadowsAskForMoreDetail) {
     const ArraySource source(4097, 2049, PostFormat::Float32, hills(5, false));
     const auto terrain = built(source);
-    const Camera camera = lookingNorth(*terrain, 50, 1000, 900);
+    Camera camera = lookingNorth(*terrain, 50, 1000, 900);
+    camera.projection = Projection::Panorama;
     CutOptions options;
-    options.tolerancePx = 1.5;
+    options.tolerancePx = 0.35;
     const uint64_t plain = finestTiles(*terrain, camera, options);
     EXPECT_LT(plain, 32u);
 
@@ -181,6 +182,25 @@ TEST(SelectCut, ExaggerationConstantCellsAndShadowsAskForMoreDetail) {
     Camera high = camera;
     high.eye.z *= 4;
     EXPECT_GT(finestTiles(*terrain, high, exaggerated), plain);
+}
+
+TEST(SelectCut, UnseenGroundIsCoarseUnlessItsShadowIsSeen) {
+    // A ridge far off in the west, on plain ground that is seen.
+    const ArraySource source(8193, 2049, PostFormat::Float32, [](int64_t i, int64_t j) {
+        const bool ridge = i > 200 && i < 500 && j > 900 && j < 1100;
+        return ridge ? 900.0f + static_cast<float>((i * 7919 + j * 104729) % 97) : 0.0f;
+    });
+    const auto terrain = built(source);
+    Camera camera = lookingNorth(*terrain, 1300, 1000, 3000);
+    camera.forward = {0, 0, -1};
+    camera.up = {0, 1, 0};
+    CutOptions options;
+    options.tolerancePx = 1;
+    EXPECT_GT(mipAt(selectCut(*terrain, camera, options).cut(), 350, 1000), 2);
+    options.sun = SunBound{{-0.95, 0, 0.3}};
+    EXPECT_LT(mipAt(selectCut(*terrain, camera, options).cut(), 350, 1000), 2);
+    options.sun = SunBound{{0.95, 0, 0.3}};
+    EXPECT_GT(mipAt(selectCut(*terrain, camera, options).cut(), 350, 1000), 2);
 }
 
 TEST(SelectCut, OrthoDetailFollowsThePixelSize) {

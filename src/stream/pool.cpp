@@ -22,31 +22,63 @@ size_t postSize(PostFormat format) {
 }  // namespace
 
 PoolSizes poolSizes(const TerrainInfo& info) {
-    PoolSizes sizes;
-    const int mips = info.scheme.mipCount();
-    for (int mip = 0; mip < mips; ++mip) {
-        sizes.slots += static_cast<double>(info.scheme.tilesX(mip)) * info.scheme.tilesY(mip);
+    double tiles = 0;
+    for (int mip = 0; mip < info.scheme.mipCount(); ++mip) {
+        tiles += static_cast<double>(info.scheme.tilesX(mip)) * info.scheme.tilesY(mip);
     }
-    const double perSlot = sizeof(TileDesc) + sizeof(TileId) + sizeof(SlotBounds) +
-                           kTileBlocks * kTileBlocks * sizeof(BlockBounds) + kSlotSharpness;
-    sizes.postBytes = sizes.slots * kSlotPosts * static_cast<double>(postSize(info.format));
-    sizes.boundBytes = sizes.slots * kSlotBounds * sizeof(uint32_t);
-    sizes.tableBytes = sizes.slots * perSlot;
+    return poolSizes(info, tiles);
+}
+
+PoolSizes poolSizes(const TerrainInfo& info, double slots) {
+    PoolSizes sizes;
+    double tiles = 0;
+    for (int mip = 0; mip < info.scheme.mipCount(); ++mip) {
+        tiles += static_cast<double>(info.scheme.tilesX(mip)) * info.scheme.tilesY(mip);
+    }
+    const double perTile = sizeof(uint32_t) + kBlocksPerTile * sizeof(BlockBounds);
+    const double perSlot = sizeof(TileDesc) + sizeof(TileId) + sizeof(SlotBounds) + kSlotSharpness;
+    sizes.slots = slots;
+    sizes.postBytes = slots * kSlotPosts * static_cast<double>(postSize(info.format));
+    sizes.boundBytes = slots * kSlotBounds * sizeof(uint32_t);
+    sizes.tableBytes = slots * perSlot + tiles * perTile;
     return sizes;
 }
 
-Result<std::unique_ptr<ResidentTerrain::Pool>> ResidentTerrain::Pool::make(
-    const TerrainInfo& info) {
+std::unique_ptr<ResidentTerrain::Pool> ResidentTerrain::Pool::makeTable(const TerrainInfo& info) {
     std::unique_ptr<Pool> pool(new Pool);
     pool->scheme = info.scheme;
     pool->worldFromLattice = info.worldFromLattice;
     pool->format = info.format;
     pool->mips = info.scheme.mipCount();
-    pool->layOut();
-    for (TileDesc& tile : pool->tiles) {
-        tile.z0 = info.z0;
-        tile.zStep = info.zStep;
+    uint32_t tiles = 0;
+    for (int mip = 0; mip < pool->mips; ++mip) {
+        pool->firstTile.push_back(tiles);
+        tiles += static_cast<uint32_t>(info.scheme.tileCount(mip));
     }
+    pool->slots.assign(tiles, kNoSlot);
+    pool->blocks.resize(tiles * kBlocksPerTile);
+    pool->z0_ = info.z0;
+    pool->zStep_ = info.zStep;
+    return pool;
+}
+
+Result<std::unique_ptr<ResidentTerrain::Pool>> ResidentTerrain::Pool::make(
+    const TerrainInfo& info) {
+    std::unique_ptr<Pool> pool = makeTable(info);
+    const auto count = static_cast<uint32_t>(pool->slots.size());
+    pool->addSlots(count);
+    for (uint32_t slot = 0; slot < count; ++slot) {
+        pool->slots[slot] = slot;
+        pool->assign(slot, pool->tileOf(slot));
+    }
+    TERRAY_TRY(pool->map());
+    return pool;
+}
+
+Result<std::unique_ptr<ResidentTerrain::Pool>> ResidentTerrain::Pool::makeFree(
+    const TerrainInfo& info, uint32_t slots) {
+    std::unique_ptr<Pool> pool = makeTable(info);
+    pool->addSlots(slots);
     TERRAY_TRY(pool->map());
     return pool;
 }
@@ -55,30 +87,41 @@ ResidentTerrain::Pool::~Pool() {
     if (mapping_ != nullptr) munmap(mapping_, mappingBytes_);
 }
 
-void ResidentTerrain::Pool::layOut() {
-    uint32_t slot = 0;
-    for (int mip = 0; mip < mips; ++mip) {
-        firstSlot.push_back(slot);
-        for (int y = 0; y < scheme.tilesY(mip); ++y) {
-            for (int x = 0; x < scheme.tilesX(mip); ++x, ++slot) {
-                TileDesc tile{};
-                tile.posts = uint64_t{slot} * kSlotPosts;
-                tile.bounds = uint64_t{slot} * kSlotBounds;
-                tile.x = (x * kTileCells) << mip;
-                tile.y = (y * kTileCells) << mip;
-                tile.mipFlags = static_cast<uint32_t>(mip);
-                tiles.push_back(tile);
-                ids.push_back(TileId{mip, x, y});
-            }
+void ResidentTerrain::Pool::addSlots(uint32_t count) {
+    tiles.resize(count);
+    ids.assign(count, TileId{-1, 0, 0});
+    slotBounds.resize(count);
+    sharpness.resize(size_t{count} * kSlotSharpness);
+    for (uint32_t slot = 0; slot < count; ++slot) {
+        tiles[slot].posts = uint64_t{slot} * kSlotPosts;
+        tiles[slot].bounds = uint64_t{slot} * kSlotBounds;
+    }
+}
+
+void ResidentTerrain::Pool::takeBlocks(const TileSource& source) {
+    hollow.resize(slots.size());
+    for (uint32_t number = 0; number < slots.size(); ++number) {
+        const TileId id = tileOf(number);
+        bool any = false;
+        for (int k = 0; k < int{kBlocksPerTile}; ++k) {
+            const int x = k % kTileBlocks, y = k / kTileBlocks;
+            const BlockBounds& block = source.block(id, x, y);
+            blocks[number * kBlocksPerTile + static_cast<size_t>(k)] = block;
+            const bool isInside = x * kBlockCells < cellsX(id) && y * kBlockCells < cellsY(id);
+            any = any || (isInside && block.minZ <= block.maxZ);
         }
+        hollow[number] = any ? 0 : 1;
     }
-    for (uint32_t s = 0; s < slot; ++s) {
-        const TileId id = ids[s];
-        tiles[s].parent = slotOf(TileId{id.mip + 1, id.x / 2, id.y / 2});
-    }
-    slotBounds.resize(slot);
-    blocks.resize(size_t{slot} * kTileBlocks * kTileBlocks);
-    sharpness.resize(size_t{slot} * kSlotSharpness);
+}
+
+void ResidentTerrain::Pool::assign(uint32_t slot, TileId id) {
+    TileDesc& tile = tiles[slot];
+    tile.x = (id.x * kTileCells) << id.mip;
+    tile.y = (id.y * kTileCells) << id.mip;
+    tile.mipFlags = static_cast<uint32_t>(id.mip);
+    tile.z0 = z0_;
+    tile.zStep = zStep_;
+    ids[slot] = id;
 }
 
 /// One mapping, begun on a huge page; its end is not rounded up, so nothing is wasted there.
@@ -105,13 +148,26 @@ Result<void> ResidentTerrain::Pool::map() {
     return {};
 }
 
-uint32_t ResidentTerrain::Pool::slotOf(TileId id) const {
+uint32_t ResidentTerrain::Pool::numberOf(TileId id) const {
     if (id.mip < 0 || id.mip >= mips || id.x < 0 || id.y < 0) return kNoSlot;
     const int columns = scheme.tilesX(id.mip);
     if (id.x >= columns || id.y >= scheme.tilesY(id.mip)) return kNoSlot;
-    return firstSlot[static_cast<size_t>(id.mip)] +
+    return firstTile[static_cast<size_t>(id.mip)] +
            static_cast<uint32_t>(id.y) * static_cast<uint32_t>(columns) +
            static_cast<uint32_t>(id.x);
+}
+
+TileId ResidentTerrain::Pool::tileOf(uint32_t number) const {
+    int mip = mips - 1;
+    while (firstTile[static_cast<size_t>(mip)] > number) --mip;
+    const uint32_t inMip = number - firstTile[static_cast<size_t>(mip)];
+    const auto columns = static_cast<uint32_t>(scheme.tilesX(mip));
+    return {mip, static_cast<int>(inMip % columns), static_cast<int>(inMip / columns)};
+}
+
+uint32_t ResidentTerrain::Pool::slotOf(TileId id) const {
+    const uint32_t number = numberOf(id);
+    return number == kNoSlot ? kNoSlot : slots[number];
 }
 
 int ResidentTerrain::Pool::cellsX(TileId id) const { return scheme.cellsX(id); }

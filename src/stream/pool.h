@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// The slots of a resident terrain: one mapping that holds the posts of all tiles, then their
-// pyramids. Pages that nothing is written to cost no memory.
+// The slots of a terrain in memory: one mapping that holds the posts of the resident tiles, then
+// their pyramids; and the page table of all tiles. Pages that nothing is written to cost no memory.
 #pragma once
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "base/result.h"
 #include "kernel/pyramid.h"
 #include "stream/resident.h"
 #include "tile/mips.h"
+#include "tile/tile_source.h"
 
 namespace terray {
 
@@ -23,10 +25,18 @@ struct PoolSizes {
     double total() const { return postBytes + boundBytes + tableBytes; }
 };
 PoolSizes poolSizes(const TerrainInfo& info);
+/// The same with slots for some of the tiles only.
+PoolSizes poolSizes(const TerrainInfo& info, double slots);
 
-/// Slots of all tiles: those of mip 0 row by row, then those of mip 1, and so on.
+constexpr size_t kBlocksPerTile = size_t{kTileBlocks} * kTileBlocks;
+
+/// Tiles are numbered: those of mip 0 row by row, then those of mip 1, and so on. Where all are
+/// resident a tile's slot is its number.
 struct ResidentTerrain::Pool {
+    /// A slot for every tile.
     static Result<std::unique_ptr<Pool>> make(const TerrainInfo& info);
+    /// That many slots, all free.
+    static Result<std::unique_ptr<Pool>> makeFree(const TerrainInfo& info, uint32_t slots);
     ~Pool();
     Pool(const Pool&) = delete;
     Pool& operator=(const Pool&) = delete;
@@ -35,16 +45,32 @@ struct ResidentTerrain::Pool {
     Affine2 worldFromLattice;
     PostFormat format = PostFormat::Float32;
     int mips = 0;
-    std::vector<uint32_t> firstSlot;     ///< per mip
+    int firstKept = 0;                   ///< tiles of this mip and coarser ones are always resident
+    std::vector<uint32_t> firstTile;     ///< per mip
+    std::vector<uint32_t> slots;         ///< per tile: kNoSlot if it is not resident
+    std::vector<BlockBounds> blocks;     ///< 64 per tile
+    std::vector<uint8_t> hollow;         ///< per tile: without cells, never loaded; none if whole
     std::vector<TileDesc> tiles;         ///< per slot
-    std::vector<TileId> ids;             ///< per slot
+    std::vector<TileId> ids;             ///< per slot; mip -1 if it is free
     std::vector<SlotBounds> slotBounds;  ///< per slot
-    std::vector<BlockBounds> blocks;     ///< 64 per slot
     std::vector<uint8_t> sharpness;      ///< kSlotSharpness per slot
     void* posts = nullptr;               ///< uint16_t or float
     uint32_t* bounds = nullptr;
 
-    uint32_t slotOf(TileId id) const;
+    bool isWhole() const { return tiles.size() == slots.size(); }
+    uint32_t numberOf(TileId id) const;  ///< kNoSlot outside
+    TileId tileOf(uint32_t number) const;
+    uint32_t slotOf(TileId id) const;  ///< kNoSlot outside, or if it is not resident
+    std::span<const BlockBounds> blocksOf(uint32_t number) const {
+        return {blocks.data() + number * kBlocksPerTile, kBlocksPerTile};
+    }
+    bool isHollow(uint32_t number) const { return !hollow.empty() && hollow[number] != 0; }
+    /// Resident, or nothing to load.
+    bool isHere(uint32_t number) const { return slots[number] != kNoSlot || isHollow(number); }
+    /// Bounds of all blocks, and which tiles have no cells.
+    void takeBlocks(const TileSource& source);
+    /// Gives a slot to a tile; the page table does not know of it yet.
+    void assign(uint32_t slot, TileId id);
     /// Cells of a tile inside its mip, 1..512 a side.
     int cellsX(TileId id) const;
     int cellsY(TileId id) const;
@@ -59,8 +85,10 @@ struct ResidentTerrain::Pool {
 
 private:
     Pool() = default;
+    static std::unique_ptr<Pool> makeTable(const TerrainInfo& info);
+    void addSlots(uint32_t count);
     Result<void> map();
-    void layOut();
+    float z0_ = 0, zStep_ = 0;
     void* mapping_ = nullptr;
     size_t mappingBytes_ = 0;
 };

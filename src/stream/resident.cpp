@@ -3,16 +3,21 @@
 #include "stream/resident.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/stopwatch.h"
 #include "stream/build_mips.h"
 #include "stream/load.h"
 #include "stream/pool.h"
+#include "stream/streamer.h"
 
 namespace terray {
 namespace {
 
 constexpr double kGiB = 1 << 30;
+constexpr double kMostSlots = static_cast<double>(kLargestPoolBytes) / (kSlotPosts * sizeof(float));
+constexpr double kLeastRoom = 24;  ///< tiles of a frame, beside those that stay
+constexpr int kLoaderThreads = 2;
 constexpr double kWorkBytes = 8 << 20;  ///< windows that are worked on, per terrain
 
 Result<void> checkSize(const TerrainInfo& info, uint64_t memoryBytes) {
@@ -96,13 +101,48 @@ Result<std::unique_ptr<ResidentTerrain>> ResidentTerrain::build(const TileSource
     return terrain;
 }
 
+Result<std::unique_ptr<ResidentTerrain>> ResidentTerrain::stream(std::unique_ptr<TileSource> source,
+                                                                 int firstKept, uint64_t poolBytes,
+                                                                 BuildStats& stats) {
+    const Stopwatch loading;
+    const TerrainInfo& info = source->info();
+    const double perSlot = poolSizes(info, 1).total() - poolSizes(info, 0).total();
+    const double left = static_cast<double>(poolBytes) - poolSizes(info, 0).total();
+    const double most = std::min(std::floor(std::max(left, 0.0) / perSlot), kMostSlots);
+    double kept = 0;
+    for (int mip = firstKept; mip < info.scheme.mipCount(); ++mip) {
+        kept += static_cast<double>(info.scheme.tileCount(mip));
+    }
+    if (most < kept + kLeastRoom) {
+        return makeError(ErrorCode::Input,
+                         "'{}': {:.0f} MiB of memory hold {:.0f} tiles, too few to show it; raise "
+                         "--memory by {:.0f} MiB",
+                         info.name, static_cast<double>(poolBytes) / 0x1p20, most,
+                         (kept + kLeastRoom - most) * perSlot / 0x1p20 + 1);
+    }
+    std::unique_ptr<ResidentTerrain> terrain(new ResidentTerrain);
+    terrain->info_ = info;
+    auto pool = Pool::makeFree(info, static_cast<uint32_t>(most));
+    if (!pool) return pool.error();
+    terrain->pool_ = std::move(*pool);
+    terrain->pool_->firstKept = firstKept;
+    terrain->pool_->takeBlocks(*source);
+    auto streamer = Streamer::make(*source, *terrain->pool_, kLoaderThreads);
+    if (!streamer) return streamer.error();
+    terrain->streamer_ = std::move(*streamer);
+    stats.loadMs = loading.elapsedMs();
+    stats.holes = source->holes();
+    stats.residentBytes = static_cast<uint64_t>(poolSizes(info, most).total());
+    terrain->source_ = std::move(source);
+    return terrain;
+}
+
 int ResidentTerrain::mipCount() const { return pool_->mips; }
 
 uint32_t ResidentTerrain::slotOf(TileId id) const { return pool_->slotOf(id); }
 
 std::span<const BlockBounds> ResidentTerrain::blocks(uint32_t slot) const {
-    constexpr size_t count = kTileBlocks * kTileBlocks;
-    return {pool_->blocks.data() + size_t{slot} * count, count};
+    return pool_->blocksOf(pool_->numberOf(pool_->ids[slot]));
 }
 
 }  // namespace terray

@@ -177,7 +177,7 @@ TEST_P(Resident, CoverageThatDiffersIsSaid) {
     }
 }
 
-TEST_P(Resident, TilesKnowTheirPlaceAndParent) {
+TEST_P(Resident, TilesKnowTheirPlace) {
     const Posts posts(*terrain_);
     for (int mip = 0; mip < terrain_->mipCount(); ++mip) {
         for (int y = 0; y < scheme().tilesY(mip); ++y) {
@@ -186,7 +186,6 @@ TEST_P(Resident, TilesKnowTheirPlaceAndParent) {
                 EXPECT_EQ(tile.x, x * 512 << mip);
                 EXPECT_EQ(tile.y, y * 512 << mip);
                 EXPECT_EQ(tile.mipFlags & kTileMipMask, static_cast<uint32_t>(mip));
-                EXPECT_EQ(tile.parent, terrain_->slotOf({mip + 1, x / 2, y / 2}));
             }
         }
     }

@@ -52,19 +52,25 @@ double Selector::pixels(double metres, double distance) const {
     return distance > 0 ? focal_ * metres / distance : std::numeric_limits<double>::infinity();
 }
 
-/// Heights of the block and of mip 0 under it as the camera sees them: exaggerated, lowered by the
-/// earth's curvature.
-Selector::Heights Selector::pictureHeights(const BlockBounds& block, double error,
-                                           const LatticeBox& box) const {
-    const double near = bend_ * distance2(box, eye_), far = bend_ * farthest2(box);
-    return {exaggeration_ * (static_cast<double>(block.minZ) - error - std::max(near, far)),
-            exaggeration_ * (static_cast<double>(block.maxZ) + error - std::min(near, far))};
+double Selector::errorOf(const BlockBounds& block) const {
+    // Nearest posts: each surface strays from its bilinear one by at most the range of a cell.
+    return static_cast<double>(block.errorToFinest) +
+           (bilinear_ ? 0.0 : 2 * static_cast<double>(block.cellRange));
 }
 
-bool Selector::serves(const BlockBounds& block, const LatticeBox& box) const {
-    double error = static_cast<double>(block.errorToFinest);
-    // Nearest posts: each surface strays from its bilinear one by at most the range of a cell.
-    if (!bilinear_) error += 2 * static_cast<double>(block.cellRange);
+Selector::Heights Selector::trueHeights(const BlockBounds& block) const {
+    const double error = errorOf(block);
+    return {static_cast<double>(block.minZ) - error, static_cast<double>(block.maxZ) + error};
+}
+
+Selector::Heights Selector::pictureHeights(Heights heights, const LatticeBox& box) const {
+    const double near = bend_ * distance2(box, eye_), far = bend_ * farthest2(box);
+    return {exaggeration_ * (heights.low - std::max(near, far)),
+            exaggeration_ * (heights.high - std::min(near, far))};
+}
+
+bool Selector::servesInView(const BlockBounds& block, const LatticeBox& box) const {
+    const double error = errorOf(block);
     // A rim that stands elsewhere on the ground stands higher or lower too.
     const double rim = static_cast<double>(block.coverageError) *
                        std::hypot(1.0, exaggeration_ * static_cast<double>(block.maxSlope));
@@ -75,22 +81,27 @@ bool Selector::serves(const BlockBounds& block, const LatticeBox& box) const {
         const double ground2 = distance2(box, eye_);
         double above = 0;
         if (block.minZ <= block.maxZ) {
-            const Heights heights = pictureHeights(block, error, box);
+            const Heights heights = pictureHeights(trueHeights(block), box);
             above = std::max({0.0, heights.low - eyeZ_, eyeZ_ - heights.high});
         }
         distance = std::sqrt(ground2 + above * above);
     }
-    if (!(pixels(shift, distance) <= allowed_)) return false;
-    return !shadows_ || shadowServes(error, block, box);
+    return pixels(shift, distance) <= allowed_;
+}
+
+/// How far from its foot a shadow's edge may show an error; beyond a length that grows with the
+/// error the penumbra hides it.
+double Selector::shadowLength(double error, double top) const {
+    return std::min((top - minZ_) * shadows_->cotangent, error / shadows_->penumbra);
 }
 
 /// An error e moves the edge of a shadow by e / tan(elevation) on level ground, wherever between
-/// the block and the end of its longest shadow the edge falls; beyond a length that grows with e
-/// the penumbra hides it.
-bool Selector::shadowServes(double error, const BlockBounds& block, const LatticeBox& box) const {
-    if (block.minZ > block.maxZ) return true;
+/// the block and the end of its longest shadow the edge falls.
+bool Selector::servesInShadows(const BlockBounds& block, const LatticeBox& box) const {
+    const double error = errorOf(block);
+    if (!shadows_ || error <= 0 || block.minZ > block.maxZ) return true;
     const double top = static_cast<double>(block.maxZ) + error;
-    const double length = std::min((top - minZ_) * shadows_->cotangent, error / shadows_->penumbra);
+    const double length = shadowLength(error, top);
     const double shift = error * shadows_->cotangent;
     if (pixelsPerMetre_ > 0) return shift * pixelsPerMetre_ <= allowedShadow_;
     const double above = std::max(0.0, eyeZ_ - exaggeration_ * top);
@@ -98,6 +109,18 @@ bool Selector::shadowServes(double error, const BlockBounds& block, const Lattic
     if (pixels(shift, std::hypot(nearest, above)) <= allowedShadow_) return true;
     const double ground2 = distanceToSweep2(box, length * shadows_->away);
     return pixels(shift, std::sqrt(ground2 + above * above)) <= allowedShadow_;
+}
+
+Selector::Heights Selector::shadowed(const BlockBounds& block, LatticeBox& box) const {
+    const Heights heights = trueHeights(block);
+    if (!shadows_ || block.minZ > block.maxZ) return {1, 0};
+    const double length = shadowLength(errorOf(block), heights.high);
+    const LatticePoint step = worldFromLattice_.latticeDirection(length * shadows_->away);
+    box.i0 += std::min(step.i, 0.0);
+    box.i1 += std::max(step.i, 0.0);
+    box.j0 += std::min(step.j, 0.0);
+    box.j1 += std::max(step.j, 0.0);
+    return {minZ_, heights.high};
 }
 
 /// Squared metres from a place to a lattice rectangle (a parallelogram on the ground).

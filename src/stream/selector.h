@@ -21,20 +21,35 @@ public:
     Selector(const Affine2& worldFromLattice, double minZ, const Camera& camera,
              const CutOptions& options);
     /// True if what the block draws lies within the tolerance of mip 0, and its shadows too.
-    bool serves(const BlockBounds& block, const LatticeBox& box) const;
+    bool serves(const BlockBounds& block, const LatticeBox& box) const {
+        return servesInView(block, box) && servesInShadows(block, box);
+    }
+    /// The first half of it.
+    bool servesInView(const BlockBounds& block, const LatticeBox& box) const;
+    /// The other half.
+    bool servesInShadows(const BlockBounds& block, const LatticeBox& box) const;
 
-private:
     struct Heights {
         double low, high;
     };
+    /// Of the block and of mip 0 under it; low > high if it has no cells.
+    Heights trueHeights(const BlockBounds& block) const;
+    /// Ground and heights where edges of the block's shadows may fall; low > high: nowhere.
+    Heights shadowed(const BlockBounds& block, LatticeBox& box) const;
+    /// True heights within a box as the camera sees them: exaggerated, lowered by the curvature.
+    Heights pictureHeights(Heights heights, const LatticeBox& box) const;
+    /// Squared metres on the ground from the eye, not overestimated.
+    double groundDistance2(const LatticeBox& box) const { return distance2(box, eye_); }
+
+private:
     struct Shadows {
         Vec2 away{0, 0};       ///< unit, from the sun
         double cotangent = 0;  ///< of the sun's elevation
         double penumbra = 0;   ///< metres of height error hidden by the penumbra, a metre of ground
     };
     double pixels(double metres, double distance) const;
-    bool shadowServes(double error, const BlockBounds& block, const LatticeBox& box) const;
-    Heights pictureHeights(const BlockBounds& block, double error, const LatticeBox& box) const;
+    double errorOf(const BlockBounds& block) const;
+    double shadowLength(double error, double top) const;
     double distance2(const LatticeBox& box, LatticePoint from) const;
     double farthest2(const LatticeBox& box) const;
     double distanceToSweep2(const LatticeBox& box, Vec2 sweep) const;

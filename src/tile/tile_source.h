@@ -31,6 +31,13 @@ public:
     virtual uint64_t holes() const = 0;           ///< posts of mip 0 without a height
     /// Of all blocks of a mip, row by row: 8 * tilesX(mip) a row, 8 * tilesY(mip) rows.
     virtual std::span<const BlockBounds> bounds(int mip) const = 0;
+    /// Block (x, y) of a tile, 0 .. 7 each.
+    const BlockBounds& block(TileId id, int x, int y) const {
+        const auto width = static_cast<size_t>(info().scheme.tilesX(id.mip)) * kTileBlocks;
+        const size_t row = static_cast<size_t>(id.y) * kTileBlocks + static_cast<size_t>(y);
+        return bounds(
+            id.mip)[row * width + static_cast<size_t>(id.x) * kTileBlocks + static_cast<size_t>(x)];
+    }
     virtual Result<std::unique_ptr<TileReader>> makeReader() const = 0;
 };
 

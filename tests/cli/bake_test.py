@@ -57,6 +57,26 @@ class BakeTest(harness.CliTest):
                   "cubic", "small.asc", "dem.tif")
         return "dem.tif"
 
+    def test_a_store_larger_than_memory_gives_the_same_pictures_and_numbers(self):
+        self.good("bake", self.dem(2600), "-o", "s.terray", "--max-error", "0.05")
+        views = [[], ["--eye", "500300,5200200,+40", "--heading", "50", "--pitch=-10"],
+                 ["--projection", "ortho", "--extent", "500100,5200100,500300,5200300", "--samples", "1"]]
+        for view in views:
+            for name, memory in (("whole", "1GiB"), ("part", "80MiB")):
+                self.good("render", "s.terray", "-o", f"{name}.png", "--size", "320x180", "--memory", memory,
+                        "--stats", f"{name}.json", *view)
+            whole, part = self.stats("whole.json"), self.stats("part.json")
+            self.assertEqual(whole["tiles_per_mip"], part["tiles_per_mip"])
+            self.assertLess(part["resident_bytes"], 0.9 * whole["resident_bytes"])
+            with open(self.path("whole.png"), "rb") as a, open(self.path("part.png"), "rb") as b:
+                self.assertEqual(a.read(), b.read(), view)
+        rays = [f"{500050 + 35 * k},{5200100 + 23 * k},+{20 * k + 1},{37 * k},{-3 * k}" for k in range(20)]
+        for kind, places in (("height", [",".join(ray.split(",")[:2]) for ray in rays]), ("ray", rays)):
+            answers = [self.good("query", "s.terray", "--memory", memory, kind, *places).stdout
+                       for memory in ("1GiB", "80MiB")]
+            self.assertEqual(answers[0], answers[1])
+        self.fails(3, "--memory", "render", "s.terray", "-o", "x.png", "--memory", "16MiB")
+
     def gdal(self, program, *arguments):
         return super().gdal(program, *map(str, arguments))
 

@@ -48,12 +48,11 @@ struct TileDesc {
     float z0, zStep;  ///< Int16 posts: z = z0 + zStep * code
     float boundsZ0, boundsStep;
     float maxDelta;     ///< largest |height difference| of neighbouring posts, metres
-    uint32_t parent;    ///< slot of the tile of the next mip that covers it, kNoSlot for the root
     uint32_t mipFlags;  ///< low byte: mip
-    uint32_t reserved;
+    uint32_t reserved[2];
 };
 static_assert(sizeof(TileDesc) == 56 && offsetof(TileDesc, z0) == 24 &&
-              offsetof(TileDesc, mipFlags) == 48);
+              offsetof(TileDesc, mipFlags) == 44);
 
 constexpr uint32_t kNoSlot = 0xFFFFFFFFu;
 

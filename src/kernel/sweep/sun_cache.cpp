@@ -8,18 +8,38 @@
 
 namespace terray {
 
+namespace {
+
+/// A slot may hold another tile in the next frame.
+struct DrawnTile {
+    uint32_t slot, mip;
+    int32_t x, y;
+    friend bool operator==(const DrawnTile&, const DrawnTile&) = default;
+};
+
+std::vector<DrawnTile> drawnTiles(const TerrainCut& cut) {
+    std::vector<DrawnTile> drawn;
+    for (const uint32_t slot : drawnSlots(cut)) {
+        const TileDesc& tile = cut.tiles[slot];
+        drawn.push_back({slot, tile.mipFlags & kTileMipMask, tile.x, tile.y});
+    }
+    return drawn;
+}
+
+}  // namespace
+
 struct SunSweepCache::Entry {
     SunDirection sun;
     const void* posts = nullptr;
     SurfaceKind surface = kSurfaceBilinear;
-    std::vector<uint32_t> drawn;
+    std::vector<DrawnTile> drawn;
     oneapi::tbb::collaborative_once_flag once;
     std::shared_ptr<const SunSweep> sweep;
 };
 
 std::shared_ptr<SunSweepCache::Entry> SunSweepCache::entryFor(const TerrainCut& cut,
                                                               const SunDirection& sun) {
-    std::vector<uint32_t> drawn = drawnSlots(cut);
+    std::vector<DrawnTile> drawn = drawnTiles(cut);
     const SurfaceKind surface = cut.surface;
     const std::lock_guard lock(mutex_);
     const auto found = std::find_if(entries_.begin(), entries_.end(), [&](const auto& entry) {

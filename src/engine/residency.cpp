@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+// What fits, what is asked for instead, and rays that are followed from tile to tile.
+#include "engine/residency.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/interrupt.h"
+#include "base/log.h"
+#include "kernel/trace.h"
+#include "stream/ray_tiles.h"
+#include "stream/streamer.h"
+
+namespace terray {
+namespace {
+
+constexpr int kCoarserShading = 3;        ///< mips that shading may do without
+constexpr double kStep = 1.25;            ///< of the tolerance
+constexpr double kLargestTolerance = 64;  ///< pixels
+constexpr size_t kTilesAtOnce = 12;       ///< of a ray
+
+/// The tile of mip 0 at a lattice place; mip -1 outside.
+TileId tileAt(const TilingScheme& scheme, double i, double j) {
+    const double right = static_cast<double>(scheme.columns - 1);
+    const double bottom = static_cast<double>(scheme.rows - 1);
+    if (!(i >= 0 && j >= 0 && i <= right && j <= bottom)) return {-1, 0, 0};
+    const int x = static_cast<int>(i) >> kTileCellsLog2, y = static_cast<int>(j) >> kTileCellsLog2;
+    return {0, std::min(x, scheme.tilesX(0) - 1), std::min(y, scheme.tilesY(0) - 1)};
+}
+
+}  // namespace
+
+Result<void> bringTiles(const ResidentTerrain& terrain, const Camera& camera, CutOptions& options) {
+    Streamer* streamer = terrain.streamer();
+    if (streamer == nullptr) return {};
+    const double asked = options.tolerancePx;
+    std::vector<TileId> wanted = wantedTiles(terrain, camera, options);
+    const size_t first = wanted.size();
+    for (int k = 0; k < kCoarserShading && wanted.size() > streamer->room(); ++k) {
+        options.sampleShare *= 2;
+        wanted = wantedTiles(terrain, camera, options);
+    }
+    while (wanted.size() > streamer->room() && asked > 0 &&
+           options.tolerancePx < kLargestTolerance) {
+        options.tolerancePx *= kStep;
+        wanted = wantedTiles(terrain, camera, options);
+    }
+    if (wanted.size() > streamer->room()) {
+        return makeError(
+            ErrorCode::Input,
+            "this picture of '{}' takes {} tiles, but memory holds {}; raise --memory "
+            "to {:.1f} times as much",
+            terrain.info().name, wanted.size(), streamer->room(),
+            1.1 * static_cast<double>(wanted.size()) / static_cast<double>(streamer->room()));
+    }
+    if (options.tolerancePx > asked) {
+        log::warning(
+            "memory holds {} tiles and a tolerance of {:g} pixels takes {}: drawn with {:.2f} "
+            "pixels (raise --memory)",
+            streamer->room(), asked, first, options.tolerancePx);
+    } else if (wanted.size() < first) {
+        log::note(
+            "memory holds {} tiles of {}: relief that shows in shading alone is coarser "
+            "(raise --memory)",
+            streamer->room(), first);
+    }
+    return streamer->bring(wanted);
+}
+
+FinestGround::FinestGround(const ResidentTerrain& terrain) : terrain_(terrain) {
+    if (terrain.streamer() == nullptr) cut_ = finestCut(terrain, kSurfaceBilinear);
+}
+
+SurfaceCell FinestGround::cellAt(double i, double j) {
+    Streamer* streamer = terrain_.streamer();
+    if (streamer == nullptr) return surfaceCellAt(cut_.cut(), i, j);
+    const TileId id = tileAt(terrain_.info().scheme, i, j);
+    if (id.mip < 0) return {};
+    if (version_ == streamer->version()) {
+        const SurfaceCell cell = surfaceCellAt(cut_.cut(), i, j);
+        if (cell.slot != kNoSlot && cell.mip == 0) return cell;
+    }
+    const bool isHere = streamer->bring(std::span(&id, 1)).ok();
+    cut_ = isHere ? cutOf(terrain_, kSurfaceBilinear, std::span(&id, 1))
+                  : finestCut(terrain_, kSurfaceBilinear);
+    version_ = streamer->version();
+    return surfaceCellAt(cut_.cut(), i, j);
+}
+
+Result<void> firstHitsFar(
+    const ResidentTerrain& terrain, SurfaceKind surface, std::span<const Ray> rays,
+    const std::function<Result<void>(size_t, const TerrainCut&, const Hit&)>& found) {
+    Streamer& streamer = *terrain.streamer();
+    const size_t atOnce = std::min(kTilesAtOnce, streamer.room());
+    for (size_t k = 0; k < rays.size(); ++k) {
+        if (isInterrupted()) return makeError(ErrorCode::Interrupted, "interrupted");
+        const std::vector<RayTile> along = tilesAlong(terrain, rays[k], surface);
+        // Each part begins with the last tile of the one before: walls stand between tiles.
+        for (size_t begin = 0; begin < along.size(); begin += atOnce - 1) {
+            const size_t end = std::min(begin + atOnce, along.size());
+            std::vector<TileId> tiles;
+            for (size_t n = begin; n < end; ++n) tiles.push_back(along[n].id);
+            TERRAY_TRY(streamer.bring(tiles));
+            const FrameCut cut = cutOf(terrain, surface, tiles);
+            Hit hit{};
+            TraceCounters counters;
+            firstHits(cut.cut(), rays.subspan(k, 1), std::span(&hit, 1), counters);
+            const bool isLast = end == along.size();
+            if (isHit(hit) && (isLast || static_cast<double>(hit.t) < along[end].enter)) {
+                TERRAY_TRY(found(k, cut.cut(), hit));
+                break;
+            }
+            if (isLast) break;
+        }
+    }
+    return {};
+}
+
+}  // namespace terray
