@@ -12,6 +12,7 @@ void addInfo(CLI::App& program);
 void addBake(CLI::App& program);
 void addVerify(CLI::App& program);
 void addRender(CLI::App& program);
+void addFly(CLI::App& program);
 void addQuery(CLI::App& program);
 void addLists(CLI::App& program);  ///< techniques, shadings
 /// For the list of commands only: runBench() gets all arguments untouched.

@@ -22,6 +22,7 @@ constexpr const char* kFooter =
     "  terray info dem.tif\n"
     "  terray render dem.tif -o picture.png\n"
     "  terray render dem.tif --photo air.tif --time 2024-06-21T08:30:00+02:00 -o morning.jpg\n"
+    "  terray fly dem.tif --flight over.txt -o film.mp4\n"
     "  terray query dem.tif height 500100,4200300\n"
     "\n"
     "Exit codes: 0 done, 1 the work failed (also: standard output closed), 2 wrong usage, 3 input\n"
@@ -45,7 +46,7 @@ std::string commandName(const CLI::App& program) {
 
 void refuseUnknownCommand(const CLI::App& program, const std::vector<std::string>& arguments) {
     if (arguments.empty())
-        failUsage("give a command: info, render, query, ...; see 'terray --help'");
+        failUsage("give a command: info, render, fly, query, ...; see 'terray --help'");
     const std::string& first = arguments.front();
     if (first.starts_with("-")) return;
     for (const CLI::App* command : program.get_subcommands({}))
@@ -83,6 +84,7 @@ int run(const std::vector<std::string>& arguments) {
     addBake(program);
     addVerify(program);
     addRender(program);
+    addFly(program);
     addQuery(program);
     addLists(program);
     addBench(program);

@@ -45,6 +45,10 @@ std::string usageMessage(const CLI::ParseError& error, const std::string& comman
         case CLI::ExitCodes::RequiredError:
             if (what.find("SOURCE") != std::string::npos)
                 return fmt::format("SOURCE is missing: which terrain?; {}", help);
+            if (what.find("--flight") != std::string::npos)
+                return fmt::format("--flight is missing: which way to fly?; {}", help);
+            if (what.find("--output") != std::string::npos && command.ends_with("fly"))
+                return fmt::format("-o is missing: what film to make?; {}", help);
             if (what.find("--output") != std::string::npos)
                 return fmt::format("-o is missing: where to write the store?; {}", help);
             if (what.find("DEM") != std::string::npos)

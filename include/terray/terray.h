@@ -3,6 +3,7 @@
 #pragma once
 
 #include "terray/bake.h"
+#include "terray/flight.h"
 #include "terray/options.h"
 #include "terray/process.h"
 #include "terray/query.h"

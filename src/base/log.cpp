@@ -5,6 +5,9 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <mutex>
+#include <set>
+
 namespace terray::log {
 namespace {
 
@@ -18,6 +21,15 @@ spdlog::logger& logger() {
         return made;
     }();
     return *instance;
+}
+
+std::mutex saidMutex;
+int saidScopes = 0;
+std::set<std::string> said;
+
+bool isRepeated(const std::string& text) {
+    const std::lock_guard lock(saidMutex);
+    return saidScopes > 0 && !said.insert(text).second;
 }
 
 /// Names of files and bytes of damaged ones may hold anything.
@@ -37,8 +49,22 @@ void setVerbosity(Verbosity verbosity) {
     }
 }
 
-void writeNote(const std::string& text) { logger().info("note: " + oneLine(text)); }
-void writeWarning(const std::string& text) { logger().warn("warning: " + oneLine(text)); }
+SayOnce::SayOnce() {
+    const std::lock_guard lock(saidMutex);
+    ++saidScopes;
+}
+
+SayOnce::~SayOnce() {
+    const std::lock_guard lock(saidMutex);
+    if (--saidScopes == 0) said.clear();
+}
+
+void writeNote(const std::string& text) {
+    if (!isRepeated(text)) logger().info("note: " + oneLine(text));
+}
+void writeWarning(const std::string& text) {
+    if (!isRepeated(text)) logger().warn("warning: " + oneLine(text));
+}
 void writeDetail(const std::string& text) { logger().debug(text); }
 
 }  // namespace terray::log

@@ -13,6 +13,16 @@ enum class Verbosity { Quiet, Normal, Verbose };
 /// Quiet: warnings and errors only. Normal: notes too. Synchronised.
 void setVerbosity(Verbosity verbosity);
 
+/// While one lives, each note and warning is written once, however often it is said: frames of one
+/// flight say the same. Synchronised.
+class SayOnce {
+public:
+    SayOnce();
+    ~SayOnce();
+    SayOnce(const SayOnce&) = delete;
+    SayOnce& operator=(const SayOnce&) = delete;
+};
+
 void writeNote(const std::string& text);
 void writeWarning(const std::string& text);
 void writeDetail(const std::string& text);  ///< only shown when Verbose

@@ -12,6 +12,7 @@ namespace terray {
 namespace {
 
 std::atomic<bool> gEnabled{true};
+std::atomic<int> gAlive{0};
 constexpr long long kRedrawMs = 100;
 
 bool isTerminal() {
@@ -24,9 +25,11 @@ bool isTerminal() {
 Progress::Progress(std::string title, double total)
     : title_(std::move(title)),
       total_(std::max(total, 1.0)),
+      inner_(gAlive.fetch_add(1) > 0),
       start_(std::chrono::steady_clock::now()) {}
 
 Progress::~Progress() {
+    gAlive.fetch_sub(1);
     if (drawn_) std::fputs("\r\033[K", stderr);
 }
 
@@ -34,7 +37,7 @@ void Progress::setEnabled(bool enabled) { gEnabled = enabled; }
 
 void Progress::advance(double steps) {
     const double done = done_.fetch_add(steps) + steps;
-    if (!gEnabled || !isTerminal()) return;
+    if (inner_ || !gEnabled || !isTerminal()) return;
     const auto elapsed = std::chrono::steady_clock::now() - start_;
     const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(elapsed).count();
     long long last = lastDrawMs_.load();

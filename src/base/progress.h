@@ -8,7 +8,8 @@
 
 namespace terray {
 
-/// Counts steps of one piece of work. Synchronised: advance() may be called from any thread.
+/// Counts steps of one piece of work. Synchronised: advance() may be called from any thread. Work
+/// inside other work (a frame of a film) draws nothing of its own.
 class Progress {
 public:
     Progress(std::string title, double total);
@@ -25,6 +26,7 @@ private:
 
     std::string title_;
     double total_;
+    bool inner_;  ///< another one is at work
     std::atomic<double> done_{0.0};
     std::chrono::steady_clock::time_point start_;
     std::atomic<long long> lastDrawMs_{1000};  // first drawn after one second

@@ -129,10 +129,8 @@ std::optional<GeoReference> Frame::georeference(const TerrainInfo& info) const {
     return geo;
 }
 
-Result<std::unique_ptr<Frame>> makeFrame(const Terrain::State& state, const View& view,
-                                         const RenderOptions& options) {
-    const Stopwatch watch;
-    auto held = state.holdTiles();
+Result<PlacedView> placeView(const Terrain::State& state, const View& view,
+                             const RenderOptions& options) {
     TERRAY_TRY(checkView(view));
     TERRAY_TRY(checkOptions(view, options));
     auto places = PlaceResolver::make(state, view.lonLat, options.surface);
@@ -145,20 +143,30 @@ Result<std::unique_ptr<Frame>> makeFrame(const Terrain::State& state, const View
     if (!box) return box.error();
     auto camera = makeCamera(*resolved, *box);
     if (!camera) return camera.error();
-    noteWiderExtent(*resolved, *camera);
+    return PlacedView{std::move(*places), std::move(*resolved), *bend, *camera};
+}
+
+Result<std::unique_ptr<Frame>> makeFrame(const Terrain::State& state, const View& view,
+                                         const RenderOptions& options) {
+    const Stopwatch watch;
+    auto held = state.holdTiles();
+    auto placed = placeView(state, view, options);
+    if (!placed) return placed.error();
+    const auto& [places, resolved, bend, camera] = *placed;
+    noteWiderExtent(resolved, camera);
 
     const Vec2 seen =
-        resolved->lookAt ? Vec2{resolved->lookAt->x, resolved->lookAt->y} : state.worldCentre();
-    auto sun = computeSun(state, places->frame(), *camera, seen, options);
+        resolved.lookAt ? Vec2{resolved.lookAt->x, resolved.lookAt->y} : state.worldCentre();
+    auto sun = computeSun(state, places.frame(), camera, seen, options);
     if (!sun) return sun.error();
-    auto frame = std::make_unique<Frame>(*camera, state.resident->info().worldFromLattice,
-                                         options.exaggeration, *bend);
+    auto frame = std::make_unique<Frame>(camera, state.resident->info().worldFromLattice,
+                                         options.exaggeration, bend);
     frame->options = options;
     frame->options.shadows = options.shadows && !sun->belowHorizon;
     frame->held = std::move(held);
-    CutOptions cut = cutOptions(options, *bend, *sun);
-    TERRAY_TRY(bringTiles(*state.resident, *camera, cut));
-    frame->cut = selectCut(*state.resident, *camera, cut);
+    CutOptions cut = cutOptions(options, bend, *sun);
+    TERRAY_TRY(bringTiles(*state.resident, camera, cut));
+    frame->cut = selectCut(*state.resident, camera, cut);
     auto technique = makeTechnique(options.technique);
     if (!technique) return technique.error();
     frame->technique = std::move(*technique);

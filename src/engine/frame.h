@@ -5,6 +5,7 @@
 #include <memory>
 #include <mutex>
 
+#include "engine/places.h"
 #include "engine/terrain_state.h"
 #include "image/writer.h"
 #include "shade/annotate.h"
@@ -38,6 +39,16 @@ struct Frame {
     /// For ortho pictures straight down with north up.
     std::optional<GeoReference> georeference(const TerrainInfo& info) const;
 };
+
+/// A view as the terrain's world has it.
+struct PlacedView {
+    PlaceResolver places;
+    View resolved;    ///< picture space
+    double bend = 0;  ///< c of the bent rays: (1 - k) / 2R, or 0
+    Camera camera;
+};
+Result<PlacedView> placeView(const Terrain::State& state, const View& view,
+                             const RenderOptions& options);
 
 Result<std::unique_ptr<Frame>> makeFrame(const Terrain::State& state, const View& view,
                                          const RenderOptions& options);

@@ -43,6 +43,17 @@ double defaultSunAzimuthDeg(const Camera& camera) {
     return heading > 100 || heading < -170 ? 45 : 315;
 }
 
+std::array<double, 2> defaultSunAzElDeg(double azimuthDeg) {
+    return {azimuthDeg, kDefaultElevationDeg};
+}
+
+Result<std::array<double, 2>> sunAzElDegAt(const GeoFrame& frame, Vec2 seen,
+                                           const std::string& time) {
+    auto position = sunAtTime(frame, seen, time);
+    if (!position) return position.error();
+    return std::array{position->azimuthDeg, position->elevationDeg};
+}
+
 Result<Sun> computeSun(const Terrain::State& state, const GeoFrame& frame, const Camera& camera,
                        Vec2 seen, const RenderOptions& options) {
     SunPosition position{defaultSunAzimuthDeg(camera), kDefaultElevationDeg};
