@@ -2,6 +2,8 @@
 // Copies packets from piece to film; their times become counts of frames on the way.
 #include "film/film_join.h"
 
+#include <algorithm>
+
 #include "film/av_handles.h"
 #include "film/film_output.h"
 
@@ -26,13 +28,32 @@ Result<AvInputHandle> openPiece(const std::string& path) {
     return input;
 }
 
-/// A container may round times (WebM: to milliseconds); frames are whole.
-void countFrames(AVPacket& packet, AVRational from, AVRational frame, int64_t first) {
-    packet.pts = first + av_rescale_q_rnd(packet.pts, from, frame, AV_ROUND_NEAR_INF);
-    packet.dts = first + av_rescale_q_rnd(packet.dts, from, frame, AV_ROUND_NEAR_INF);
-    packet.duration = av_rescale_q_rnd(packet.duration, from, frame, AV_ROUND_NEAR_INF);
-    packet.pos = -1;
-}
+/// Packets of one piece after the other, timed in frames of the film.
+class Joint {
+public:
+    Joint(AVRational frame, bool onePiece) : frame_(frame), onePiece_(onePiece) {}
+
+    void begin(const FilmPiece& piece) { first_ = decoded_ = piece.firstFrame; }
+
+    /// A container may round times (WebM: to milliseconds); frames are whole.
+    void time(AVPacket& packet, AVRational from) {
+        const auto frames = [&](int64_t t) {
+            return av_rescale_q_rnd(t, from, frame_, AV_ROUND_NEAR_INF);
+        };
+        packet.pts = first_ + frames(packet.pts);
+        packet.dts = first_ + frames(packet.dts);
+        packet.duration = frames(packet.duration);
+        packet.pos = -1;
+        if (delay_ < 0) delay_ = packet.pts - packet.dts;
+        // Short pieces are decoded sooner before they are shown; the film keeps one distance.
+        if (!onePiece_) packet.dts = std::min(packet.pts, decoded_++ - delay_);
+    }
+
+private:
+    AVRational frame_;
+    bool onePiece_;
+    int64_t first_ = 0, decoded_ = 0, delay_ = -1;
+};
 
 }  // namespace
 
@@ -42,7 +63,7 @@ Result<void> joinFilm(const std::vector<FilmPiece>& pieces, const std::string& p
     auto output = FilmOutput::create(path, spec);
     if (!output) return output.error();
     const AvPacketHandle packet(av_packet_alloc());
-    const AVRational frame = av_inv_q(frameRate(spec.fps));
+    Joint joint(av_inv_q(frameRate(spec.fps)), pieces.size() == 1);
     bool started = false;
     for (const FilmPiece& piece : pieces) {
         auto input = openPiece(piece.path);
@@ -54,11 +75,12 @@ Result<void> joinFilm(const std::vector<FilmPiece>& pieces, const std::string& p
             TERRAY_TRY((*output)->start(spec.format == FilmFormat::Mp4));
             started = true;
         }
+        joint.begin(piece);
         for (;;) {
             const int got = av_read_frame(input->get(), packet.get());
             if (got == AVERROR_EOF) break;
             if (got < 0) return damaged(piece.path, got);
-            countFrames(*packet, from.time_base, frame, piece.firstFrame);
+            joint.time(*packet, from.time_base);
             TERRAY_TRY((*output)->write(*packet));
         }
     }

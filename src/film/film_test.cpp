@@ -100,6 +100,18 @@ TEST_P(FilmTest, PlaysWithAllItsFramesInTime) {
     EXPECT_EQ(left().size(), 1u);
 }
 
+TEST_P(FilmTest, LastsAsLongAsItsFrames) {
+    for (const int frames : {1, 2, 10, 11, 12, 21, 33}) {
+        const FilmPlan p = plan("film" + std::to_string(frames), frames);
+        make(p);
+        const PlayedFilm film = playFilm(p.path);
+        EXPECT_EQ(film.times.size(), static_cast<size_t>(frames));
+        EXPECT_NEAR(film.seconds, frames / 12.5, 0.002) << frames;
+        for (size_t k = 0; k < film.times.size(); ++k)
+            EXPECT_NEAR(film.times[k], static_cast<double>(k) / 12.5, 0.001) << frames;
+    }
+}
+
 TEST_P(FilmTest, HasTheSameBytesStoppedAndResumedOrNot) {
     FilmPlan whole = plan("whole", 34), stopped = plan("stopped", 34);
     make(whole);

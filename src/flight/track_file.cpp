@@ -137,7 +137,7 @@ Result<Track> readLines(GDALDataset& dataset, const std::string& path) {
             if (isInterrupted()) return makeError(ErrorCode::Interrupted, "interrupted");
             const OGRGeometryH geometry = OGRGeometry::ToHandle(feature->GetGeometryRef());
             OGRGeometryH line = nullptr;
-            if (geometry) lines += linesIn(*geometry, line);
+            if (geometry) lines += linesIn(geometry, line);
             if (lines > 1)
                 return makeError(ErrorCode::Input, "'{}' has several lines; leave one in the file",
                                  path);
