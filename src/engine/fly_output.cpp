@@ -188,6 +188,7 @@ Result<std::unique_ptr<FlyOutput>> FlyOutput::begin(const FlyPlan& plan) {
         FilmPlan film{plan.fly.output, filmSpec(plan.fly, *format), plan.last - plan.first + 1,
                       plan.fingerprint, plan.fly.resume};
         // Frames that stand for long leave gaps, which only one encoder can bridge.
+        film.spec.gaps = plan.fly.realtime;
         if (plan.fly.realtime) film.spec.pieceFrames = static_cast<int>(film.frames);
         auto begun = Film::begin(film);
         if (!begun) return begun.error();

@@ -202,7 +202,7 @@ TEST_F(FlyTest, RealTimeKeepsThePace) {
     EXPECT_EQ(report->flightFrames, 401);
     EXPECT_EQ(report->dropped + static_cast<int64_t>(report->frames.size()), 401);
     const PlayedFilm film = playFilm(options.output);
-    EXPECT_NEAR(film.seconds, 401 / 400.0, 0.02);
+    EXPECT_NEAR(film.seconds, 401 / 400.0, 0.003);
     EXPECT_LE(film.times.size(), 401u);
     EXPECT_NEAR(film.times.back(), 1, 0.01);
     for (size_t k = 1; k < report->frames.size(); ++k)

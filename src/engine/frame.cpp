@@ -143,7 +143,7 @@ Result<PlacedView> placeView(const Terrain::State& state, const View& view,
     if (!box) return box.error();
     auto camera = makeCamera(*resolved, *box);
     if (!camera) return camera.error();
-    return PlacedView{std::move(*places), std::move(*resolved), *bend, *camera};
+    return PlacedView{std::move(*places), *resolved, *bend, *camera};
 }
 
 Result<std::unique_ptr<Frame>> makeFrame(const Terrain::State& state, const View& view,

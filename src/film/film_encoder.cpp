@@ -81,6 +81,7 @@ private:
         c.colorspace = AVCOL_SPC_BT709;
         c.chroma_sample_location = AVCHROMA_LOC_LEFT;
         c.gop_size = spec_.pieceFrames;
+        if (spec_.gaps) c.max_b_frames = 0;  // with them containers would count the time wrongly
         c.thread_count = kEncoderThreads;
         c.flags |= AV_CODEC_FLAG_BITEXACT;
         if (output_->wantsGlobalHeader()) c.flags |= AV_CODEC_FLAG_GLOBAL_HEADER;

@@ -16,6 +16,7 @@ struct FilmSpec {
     int width = 0, height = 0;  ///< even
     double fps = 30;
     int pieceFrames = 60;  ///< frames of a piece
+    bool gaps = false;     ///< frames may be left out; the one before stands for them
 };
 
 /// By extension: .mp4 or .webm; nothing for other names.

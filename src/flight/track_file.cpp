@@ -152,6 +152,8 @@ Result<Track> readLines(GDALDataset& dataset, const std::string& path) {
 }  // namespace
 
 bool looksLikeTrack(const std::string& path) {
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(path, ignored)) return false;  // a pipe is read once
     std::ifstream file(path, std::ios::binary);
     char head[64] = {};
     file.read(head, sizeof head);
