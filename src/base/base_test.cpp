@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests of results, the interrupt flag and memory figures.
+// Tests of results, the interrupt flag, words and memory figures.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <csignal>
+#include <optional>
 
 #include "base/interrupt.h"
+#include "base/log.h"
 #include "base/progress.h"
 #include "base/result.h"
 #include "base/stopwatch.h"
@@ -51,6 +54,24 @@ TEST(Progress, CountsWithoutATerminal) {
 TEST(Stopwatch, MemoryFiguresArePlausible) {
     EXPECT_GT(peakResidentBytes(), 1u << 20);
     EXPECT_GT(physicalMemoryBytes(), peakResidentBytes());
+}
+
+TEST(Log, SaysThingsOnceWhileAskedTo) {
+    const auto said = [](bool once) {
+        testing::internal::CaptureStderr();
+        std::optional<log::SayOnce> scope;
+        if (once) scope.emplace();
+        for (int k = 0; k < 3; ++k) {
+            log::writeNote("the same");
+            log::warning("number {}", k);
+        }
+        const std::string text = testing::internal::GetCapturedStderr();
+        return std::count(text.begin(), text.end(), '\n');
+    };
+    EXPECT_EQ(said(false), 6);
+    EXPECT_EQ(said(true), 4);
+    EXPECT_EQ(said(true), 4);  // what was said before is forgotten
+    EXPECT_EQ(said(false), 6);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/interrupt.h"
 #include "base/log.h"
 #include "engine/flight_state.h"
 #include "engine/frame.h"
@@ -177,6 +178,7 @@ Result<std::unique_ptr<FlightPath>> placeKeys(const Terrain::State& state, const
     TERRAY_TRY(placer.openCrs());
     std::vector<PathKey> keys;
     for (const FlightKey& key : file.keys) {
+        if (isInterrupted()) return makeError(ErrorCode::Interrupted, "interrupted");
         auto placed = placer.place(key, flight.fovDeg);
         if (!placed) return placed.error();
         keys.push_back(std::move(*placed));

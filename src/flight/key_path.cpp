@@ -86,11 +86,10 @@ public:
         pose.pitchDeg = std::clamp(pitch_.at(t), -90.0, 90.0);
         pose.rollDeg = std::remainder(roll_.at(t), 360.0);
         pose.fovDeg = fov_.at(t);
-        for (const TargetRun& run : runs_) {
-            if (t < times_[run.first] || t > times_[run.last]) continue;
-            pose.target = WorldPoint::fromVec(run.targets.at(t));
-            break;
-        }
+        const auto run = std::partition_point(
+            runs_.begin(), runs_.end(), [&](const TargetRun& r) { return times_[r.last] < t; });
+        if (run != runs_.end() && times_[run->first] <= t)
+            pose.target = WorldPoint::fromVec(run->targets.at(t));
         return pose;
     }
 

@@ -104,6 +104,12 @@ class FlyTest(harness.CliTest):
         self.fails(3, "none.asc", "fly", "none.asc", "--flight", self.write("g.txt", KEYS), "-o", "f.mp4")
         self.assertEqual(self.left(), ["dem.asc", "f.txt", "g.txt"])
 
+    def test_help_has_flags_and_examples(self):
+        text = self.good("fly", "--help").stdout
+        for word in ("--flight --lonlat --speed --height-above-ground --pitch --fov --output --size --fps --frames "
+                     "--resume --realtime --stats --shading --sun --samples --memory film.webm hike.gpx").split():
+            self.assertIn(word, text)
+
     def test_wrong_usage(self):
         self.fails(2, "--flight is missing", "fly", "dem.asc", "-o", "film.mp4")
         self.fails(2, "-o is missing", "fly", "dem.asc", "--flight", "f.txt")

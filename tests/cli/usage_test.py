@@ -32,7 +32,7 @@ class Usage(CliTest):
 
     def test_commands(self):
         self.fails(2, ["command", "--help"])
-        self.fails(2, ["'fly'", "--help"], "fly", "dem.tif")
+        self.fails(2, ["'film'", "--help"], "film", "dem.tif")
         self.fails(2, ["'view'"], "view", "dem.tif")
         self.fails(2, ["SOURCE", "terray render --help"], "render")
         self.fails(2, ["'more'"], "info", "a.tif", "more")
