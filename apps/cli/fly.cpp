@@ -56,6 +56,13 @@ std::array<int64_t, 2> parseFrames(const std::string& text) {
     return range;
 }
 
+/// 30, 29.97 or 30000/1001.
+double parseFps(const std::string& text) {
+    const auto parts = split(text, '/');
+    if (parts.size() != 2) return parseNumber("--fps", text);
+    return parseNumber("--fps", parts[0]) / parseNumber("--fps", parts[1]);
+}
+
 void addFlight(CLI::App& command, FlyFlags& flags) {
     constexpr const char* kFlight = "Flight";
     FlightOptions& flight = flags.flight;
@@ -90,8 +97,8 @@ void addFilm(CLI::App& command, FlyFlags& flags) {
             [&fly](const std::string& text) {
                 std::tie(fly.width, fly.height) = parseSize("--size", text);
             });
-    addText(command, kFilm, "--fps", "N", "frames a second (default 30)",
-            [&fly](const std::string& text) { fly.fps = parseNumber("--fps", text); });
+    addText(command, kFilm, "--fps", "N", "frames a second (default 30), or a fraction: 30000/1001",
+            [&fly](const std::string& text) { fly.fps = parseFps(text); });
     addText(command, kFilm, "--frames", "A-B", "only these frames, counted from 0",
             [&fly](const std::string& text) { fly.frames = parseFrames(text); });
     addSwitch(command, kFilm, "--resume", "go on where an earlier run of this command stopped",

@@ -6,6 +6,7 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -58,6 +59,8 @@ Film::Film(const FilmPlan& plan) : plan_(plan), folder_(partsFolder(plan.path)) 
 
 Film::~Film() {
     encoder_.reset();  // a piece that is not whole goes
+    const bool nothing = std::find(made_.begin(), made_.end(), true) == made_.end();
+    if (mine_ && nothing) removeFolder();
     if (lock_ >= 0) close(lock_);
 }
 
@@ -76,6 +79,7 @@ Result<std::unique_ptr<Film>> Film::begin(const FilmPlan& plan) {
     for (size_t piece = 0; piece < film->found_.size(); ++piece)
         film->found_[piece] = fs::is_regular_file(film->piecePath(piece), ignored);
     film->made_ = film->found_;
+    film->mine_ = true;
     return film;
 }
 
@@ -142,10 +146,15 @@ Result<void> Film::finish() {
         pieces.push_back({piecePath(piece), static_cast<int64_t>(piece) * plan_.spec.pieceFrames});
     }
     TERRAY_TRY(joinFilm(pieces, plan_.path, plan_.spec));
+    removeFolder();
+    return {};
+}
+
+void Film::removeFolder() {
     sweep(folder_, false);
     std::error_code ignored;
     fs::remove(folder_, ignored);  // stays if it holds anything else
-    return {};
+    mine_ = false;
 }
 
 }  // namespace terray

@@ -27,6 +27,7 @@ public:
     /// Makes or takes over the folder of pieces. Errors: Failed (cannot be written there, another
     /// process is at it), Usage (the pieces there are of another film).
     static Result<std::unique_ptr<Film>> begin(const FilmPlan& plan);
+    /// Leaves the folder where a piece is whole, for a later run.
     ~Film();
     Film(const Film&) = delete;
     Film& operator=(const Film&) = delete;
@@ -50,10 +51,12 @@ private:
     Result<void> takeFolder();
     Result<void> checkFingerprint();
     Result<void> closePiece();
+    void removeFolder();
 
     FilmPlan plan_;
     std::string folder_;
     int lock_ = -1;
+    bool mine_ = false;  ///< the folder holds pieces of this film only
     std::vector<bool> found_, made_;
     std::unique_ptr<FilmEncoder> encoder_;
     size_t piece_ = 0;  ///< that encoder_ makes

@@ -154,6 +154,16 @@ TEST_P(FilmTest, DoesNotResumeAnotherFilm) {
     EXPECT_FALSE((*anew)->hasFrame(0));
 }
 
+TEST_P(FilmTest, LeavesNothingBeforeAPieceIsWhole) {
+    const FilmPlan p = plan("film", 25);
+    {
+        auto film = Film::begin(p);
+        ASSERT_TRUE(film);
+        ASSERT_TRUE(add(**film, p, 0, 9));
+    }
+    EXPECT_TRUE(left().empty());
+}
+
 TEST_P(FilmTest, LeavesForeignFilesInItsFolderAlone) {
     const FilmPlan p = plan("film", 3);
     fs::create_directory(Film::partsFolder(p.path));

@@ -119,6 +119,7 @@ class FlyTest(harness.CliTest):
                               ("transparent", "-o", "film.mp4", "--background", "transparent"),
                               ("--realtime", "-o", "film.mp4", "--realtime", "--resume"),
                               ("--fps", "-o", "film.mp4", "--fps", "0"),
+                              ("--fps", "-o", "film.mp4", "--fps", "30/0"),
                               ("--frames", "-o", "film.mp4", "--frames", "9-3"),
                               ("0 to 120", "-o", "film.mp4", "--frames", "9-999"),
                               ("tracks", "-o", "film.mp4", "--pitch", "-3"),
