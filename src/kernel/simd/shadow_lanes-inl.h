@@ -9,6 +9,7 @@
 #define TERRAY_SHADOW_LANES_INL_H_
 #endif
 
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <utility>
@@ -171,12 +172,22 @@ struct SunPacket {
     VI source, bounds;
 };
 
+/// Where a ray leaves its cell: how many rows ahead, and whether through the row's border.
+struct SunExit {
+    VF length;
+    MF byRow;
+};
+HWY_INLINE SunExit exitOf(const SunLanes& s, const SunPacket& r) {
+    const VF one = setF(1.0f);
+    const VF toRow = one - r.v, toColumn = (one - r.u) * setF(s.inverseShear);
+    return {hn::Max(hn::Min(toRow, toColumn), hn::Zero(DF())), toRow <= toColumn};
+}
+
 /// What the sweep says of a ray at the next row with bounds.
 enum BoundsAhead : int32_t {
     kNotAsked = 0,
     kSaysNothing = 1,
-    kFreeAhead = 2,    ///< if it comes there, it is lit
-    kCaughtAhead = 3,  ///< if it comes there above the ground, it is dark
+    kCaughtAhead = 2,  ///< if it comes there above the ground, it is dark
 };
 
 HWY_INLINE VF errorAfter(const SunLanes& s, VF dz, VF way) {
@@ -184,10 +195,16 @@ HWY_INLINE VF errorAfter(const SunLanes& s, VF dz, VF way) {
     return hn::MulAdd(perRow, way + setF(1.0f), setF(s.error));
 }
 
-/// Asks the bounds at the next row that has some: a ray stays in its strip, so what they say there
-/// is known before. Returns the lanes that are dark: without holes on the way there, who is caught
-/// there has met the ground before or meets it later.
-HWY_INLINE MI lookAhead(const SunLanes& s, SunPacket& r, MI lanes) {
+/// Lanes that the bounds ahead have decided.
+struct SunAhead {
+    MI dark, lit;
+};
+
+/// Asks the bounds that are kept at the next row that has some. A ray stays in its strip: without
+/// holes on the way there, who is caught there has met the ground before or meets it later. And who
+/// is higher than `free`, as from the last such row, is lit, if it surely gains height over ground
+/// that faces the sun (`gains`).
+HWY_INLINE SunAhead lookAhead(const SunLanes& s, SunPacket& r, MI lanes, MI gains) {
     static_assert(std::has_single_bit(static_cast<unsigned>(kSweepStep)));
     constexpr int kStepBits = std::countr_zero(static_cast<unsigned>(kSweepStep));
     const VI kept = hn::And(r.row, setI(-kSweepStep)) + setI(kSweepStep);
@@ -198,7 +215,7 @@ HWY_INLINE MI lookAhead(const SunLanes& s, SunPacket& r, MI lanes) {
     const MI asks = hn::AndNot(
         kept > setI(s.lastRow + 1),
         hn::And(lanes, maskI(place < setF(static_cast<float>(s.lastColumn + 1) - kNearRim))));
-    if (hn::AllFalse(DI(), asks)) return asks;
+    if (hn::AllFalse(DI(), asks)) return {asks, asks};
     const VF shift = setF(s.shear) * hn::ConvertTo(DF(), kept);
     const VF strip = hn::Floor(place - shift);
     const VF first = hn::Floor(hn::Neg(shift)) - setF(2.0f);
@@ -211,15 +228,17 @@ HWY_INLINE MI lookAhead(const SunLanes& s, SunPacket& r, MI lanes) {
     const VF step = setF(s.codeStep), zero = setF(s.codeZ);
     const VF free = hn::MulAdd(step, hn::ConvertTo(DF(), up), zero);
     const VF caught = hn::MulAdd(step, hn::ConvertTo(DF(), down), zero);
-    const VF way = r.way + rows;
-    const VF z = hn::MulAdd(way, hn::MulAdd(setF(s.bend), way, r.dz), r.z);
+    const VF way = r.way + rows, before = way - setF(kSweepStep);
+    const VF bend = setF(s.bend);
+    const VF z = hn::MulAdd(way, hn::MulAdd(bend, way, r.dz), r.z);
+    const VF z0 = hn::MulAdd(before, hn::MulAdd(bend, before, r.dz), r.z);
     const VF error = errorAfter(s, r.dz, way);
-    const MI isFree = hn::And(hn::And(asks, hn::Ne(up, setI(0xFFFF))), maskI(z > free + error));
+    const MI known = hn::Ne(up, setI(static_cast<int32_t>(kUnknownFree)));
+    const MI lit = hn::And(hn::And(asks, gains), hn::And(known, maskI(z0 > free + error)));
     const MI isCaught = hn::And(asks, maskI(z < caught - error));
-    r.bounds = select(isFree, setI(kFreeAhead), r.bounds);
-    if (!s.mayHaveHoles) return isCaught;
+    if (!s.mayHaveHoles) return {isCaught, lit};
     r.bounds = select(isCaught, setI(kCaughtAhead), r.bounds);
-    return noLanes();
+    return {noLanes(), lit};
 }
 
 /// What a step makes of the lanes of a packet: those that are in none of these are lit.
@@ -239,13 +258,12 @@ HWY_INLINE SunStep decide(const SunLanes& s, SunPacket& r, MI lanes, MI byRow, M
     const MI certain = hn::AndNot(atCorner, passes);
     const MI onKept = hn::Eq(hn::And(r.row, setI(kSweepStep - 1)), hn::Zero(DI()));
     const MI reached = hn::And(certain, hn::And(byRow, onKept));
-    const MI lit = hn::And(reached, hn::Eq(r.bounds, setI(kFreeAhead)));
     const MI caught = hn::And(reached, hn::Eq(r.bounds, setI(kCaughtAhead)));
     const MI far = hn::And(reached, maskI(r.way > setF(kMostRows)));
     r.bounds = select(reached, setI(kNotAsked), r.bounds);
     SunStep step;
     step.dark = hn::Or(dark, caught);
-    const MI open = hn::AndNot(hn::Or(step.dark, lit), lanes);
+    const MI open = hn::AndNot(step.dark, lanes);
     const MI on = hn::AndNot(far, hn::And(open, certain));
     step.undecided = hn::AndNot(on, open);
     step.ahead = hn::And(on, r.row > lastRow);
@@ -254,28 +272,26 @@ HWY_INLINE SunStep decide(const SunLanes& s, SunPacket& r, MI lanes, MI byRow, M
     return step;
 }
 
-/// One cell of a packet: `at` its hits, or at the entry of a cell.
+/// One cell of a packet: at its hits, whose bounds have been asked, or at the entry of a cell.
 template <bool kInt16, bool kAtHits>
 HWY_INLINE SunStep stepShadows(const SunLanes& s, SunPacket& r, MI active) {
     const VF one = setF(1.0f), zero = hn::Zero(DF());
-    MI asks = active, rim = noLanes();
-    if constexpr (kAtHits) {
-        rim = hn::And(active, standsAtRim(r.column, r.row, r.u, r.v));
-        asks = hn::AndNot(rim, active);
-    } else {
-        asks = hn::And(active, hn::Eq(r.bounds, setI(kNotAsked)));
+    const SunExit exit = exitOf(s, r);
+    const MI byRow = maskI(exit.byRow);
+    const VF length = exit.length;
+    const VF way = r.way + r.v;
+    const VF error = errorAfter(s, r.dz, way);
+    MI lanes = active;
+    SunAhead ahead{noLanes(), noLanes()};
+    if constexpr (!kAtHits) {
+        const MI asks = hn::And(active, hn::Eq(r.bounds, setI(kNotAsked)));
+        if (!hn::AllFalse(DI(), asks)) ahead = lookAhead(s, r, asks, active);
+        lanes = hn::AndNot(hn::Or(ahead.dark, ahead.lit), active);
+        if (hn::AllFalse(DI(), lanes)) return {ahead.dark, lanes, lanes, lanes, lanes};
     }
-    const MI caught = hn::AllFalse(DI(), asks) ? noLanes() : lookAhead(s, r, asks);
-    const MI lanes = hn::AndNot(hn::Or(caught, rim), active);
-    if (hn::AllFalse(DI(), lanes)) return {caught, rim, lanes, lanes, lanes};
     const SunCell c =
         loadCell<kInt16>(s, hn::IfThenElseZero(lanes, r.column), hn::IfThenElseZero(lanes, r.row));
     const VF bend = setF(s.bend);
-    const VF toRow = one - r.v, toColumn = (one - r.u) * setF(s.inverseShear);
-    const MI byRow = maskI(toRow <= toColumn);
-    const VF length = hn::Max(hn::Min(toRow, toColumn), zero);
-    const VF way = r.way + r.v;
-    const VF error = errorAfter(s, r.dz, way);
     SunVerdict inCell;
     if constexpr (kAtHits) {
         inCell = leaveHit(s, c, r.u, r.v, r.dz, bend, length, error);
@@ -290,7 +306,7 @@ HWY_INLINE SunStep stepShadows(const SunLanes& s, SunPacket& r, MI active) {
     const MI passes = hn::And(clear, maskI(inCell.passes));
 
     // On to the border that is nearer.
-    const MF byRowF = maskF(byRow);
+    const MF byRowF = exit.byRow;
     const VF across = hn::Min(hn::MulAdd(setF(s.shear), length, r.u), one);
     const VI oneI = setI(1);
     r.row = select(byRow, r.row + oneI, r.row);
@@ -299,8 +315,7 @@ HWY_INLINE SunStep stepShadows(const SunLanes& s, SunPacket& r, MI active) {
     r.v = hn::IfThenElse(byRowF, zero, hn::Min(r.v + length, one));
     r.way = hn::IfThenElse(byRowF, r.way + one, r.way);
     SunStep step = decide(s, r, lanes, byRow, passes, dark);
-    step.dark = hn::Or(step.dark, caught);
-    step.undecided = hn::Or(step.undecided, rim);
+    step.dark = hn::Or(step.dark, ahead.dark);
     return step;
 }
 
@@ -339,9 +354,33 @@ HWY_INLINE void finish(MI lanes, VI source, ShadowVerdict verdict, uint8_t* verd
     for (size_t k = 0; k < count; ++k) verdicts[from[k]] = verdict;
 }
 
-template <bool kInt16>
-int startAll(const SunLanes& s, uint32_t slot, const SunAsks& asks, int first, ShadowBlock& block,
-             ShadowLeaving& leaving, uint8_t* verdicts) {
+HWY_INLINE SunPacket loadPacket(const ShadowBlock& b, size_t p) {
+    return {loadI(b.column + p), loadI(b.row + p),    loadF(b.u + p),
+            loadF(b.v + p),      loadF(b.z + p),      loadF(b.dz + p),
+            loadF(b.way + p),    loadI(b.source + p), loadI(b.bounds + p)};
+}
+
+/// A packet of hits.
+HWY_INLINE SunPacket packetOf(const SunLanes& s, const SunAsks& asks, size_t p, int first) {
+    const VI cell = loadI(asks.cell + p);
+    SunPacket r;
+    r.column = hn::And(cell, setI(kSlotCells - 1));
+    r.row = hn::ShiftRight<kTileLevels>(cell);
+    r.u = loadF(asks.u + p);
+    r.v = loadF(asks.v + p);
+    turnToSun(s, r.column, r.row, r.u, r.v);
+    r.z = loadF(asks.z + p) - setF(s.anchorZ);
+    r.dz = hn::MulAdd(
+        setF(s.risePerRow), hn::ConvertTo(DF(), r.row) + r.v,
+        hn::MulAdd(setF(s.risePerColumn), hn::ConvertTo(DF(), r.column) + r.u, setF(s.rise)));
+    r.way = hn::Neg(r.v);
+    r.source = hn::Iota(DI(), first + static_cast<int>(p));
+    r.bounds = setI(kNotAsked);
+    return r;
+}
+
+int startAll(const SunLanes& s, uint32_t slot, const SunAsks& asks, int first, ShadowBlock& hits,
+             uint8_t* verdicts) {
     const hn::Rebind<uint8_t, DI> bytes;
     const size_t lanes = hn::Lanes(DI());
     size_t rays = 0;
@@ -350,30 +389,38 @@ int startAll(const SunLanes& s, uint32_t slot, const SunAsks& asks, int first, S
         const MI active = hn::Eq(tile, setI(static_cast<int32_t>(slot)));
         if (hn::AllFalse(DI(), active)) continue;
         rays += hn::CountTrue(DI(), active);
-        const VI cell = loadI(asks.cell + p);
-        SunPacket r;
-        r.column = hn::And(cell, setI(kSlotCells - 1));
-        r.row = hn::ShiftRight<kTileLevels>(cell);
-        r.u = loadF(asks.u + p);
-        r.v = loadF(asks.v + p);
-        turnToSun(s, r.column, r.row, r.u, r.v);
-        r.z = loadF(asks.z + p) - setF(s.anchorZ);
-        r.dz = hn::MulAdd(
-            setF(s.risePerRow), hn::ConvertTo(DF(), r.row) + r.v,
-            hn::MulAdd(setF(s.risePerColumn), hn::ConvertTo(DF(), r.column) + r.u, setF(s.rise)));
-        r.way = hn::Neg(r.v);
-        r.source = hn::Iota(DI(), first + static_cast<int>(p));
-        r.bounds = setI(kNotAsked);
-        const SunStep step = stepShadows<kInt16, true>(s, r, active);
-        const VI verdict = hn::Or(hn::IfThenElseZero(step.dark, setI(kShadowDark)),
-                                  hn::IfThenElseZero(step.undecided, setI(kShadowUndecided)));
+        SunPacket r = packetOf(s, asks, p, first);
+        const MI rim = hn::And(active, standsAtRim(r.column, r.row, r.u, r.v));
+        const MI inside = hn::AndNot(rim, active);
+        const VF gain = exitOf(s, r).length * (r.dz * setF(kGainOnFacing));
+        const VF error = errorAfter(s, r.dz, setF(0.0f));
+        const SunAhead ahead = lookAhead(s, r, inside, maskI(gain > error + error));
+        const VI verdict = hn::Or(hn::IfThenElseZero(ahead.dark, setI(kShadowDark)),
+                                  hn::IfThenElseZero(rim, setI(kShadowUndecided)));
         uint8_t* out = verdicts + static_cast<size_t>(first) + p;
         hn::StoreU(hn::Or(hn::LoadU(bytes, out), hn::DemoteTo(bytes, verdict)), bytes, out);
+        appendSome(r, hn::AndNot(hn::Or(ahead.dark, ahead.lit), inside), hits);
+    }
+    return static_cast<int>(rays);
+}
+
+template <bool kInt16>
+uint64_t leaveAll(const SunLanes& s, bool all, ShadowBlock& hits, ShadowBlock& block,
+                  ShadowLeaving& leaving, uint8_t* verdicts) {
+    const size_t lanes = hn::Lanes(DI()), count = static_cast<size_t>(hits.count);
+    const size_t end = all ? count : count / lanes * lanes;
+    for (size_t p = 0; p < end; p += lanes) {
+        SunPacket r = loadPacket(hits, p);
+        const SunStep step = stepShadows<kInt16, true>(s, r, hn::FirstN(DI(), count - p));
+        finish(step.dark, r.source, kShadowDark, verdicts);
+        finish(step.undecided, r.source, kShadowUndecided, verdicts);
         appendSome(r, step.goesOn, block);
         appendSome(r, step.ahead, leaving.ahead);
         appendSome(r, step.aside, leaving.aside);
     }
-    return static_cast<int>(rays);
+    if (end < count && end > 0) append(loadPacket(hits, end), hn::FirstN(DI(), count - end), hits, 0);
+    hits.count = static_cast<int>(count - std::min(end, count));
+    return std::min(end, count);
 }
 
 template <bool kInt16>
@@ -386,9 +433,7 @@ uint64_t walkAll(const SunLanes& s, int rest, ShadowBlock& b, ShadowLeaving& lea
         cells += left;
         size_t on = 0;
         for (size_t p = 0; p < left; p += lanes) {
-            SunPacket r{loadI(b.column + p), loadI(b.row + p),    loadF(b.u + p),
-                        loadF(b.v + p),      loadF(b.z + p),      loadF(b.dz + p),
-                        loadF(b.way + p),    loadI(b.source + p), loadI(b.bounds + p)};
+            SunPacket r = loadPacket(b, p);
             const SunStep step = stepShadows<kInt16, false>(s, r, hn::FirstN(DI(), left - p));
             finish(step.dark, r.source, kShadowDark, verdicts);
             finish(step.undecided, r.source, kShadowUndecided, verdicts);
@@ -431,11 +476,16 @@ SunLanes lanesOf(const TerrainCut& cut, const SunSweep& sweep, const SweptTile& 
 }
 
 int startShadowLanes(const TerrainCut& cut, const SunSweep& sweep, uint32_t slot,
-                     const SunAsks& asks, int first, ShadowBlock& block, ShadowLeaving& leaving,
-                     uint8_t* verdicts) {
+                     const SunAsks& asks, int first, ShadowBlock& hits, uint8_t* verdicts) {
+    return startAll(lanesOf(cut, sweep, sweep.tile(slot)), slot, asks, first, hits, verdicts);
+}
+
+uint64_t leaveShadowLanes(const TerrainCut& cut, const SunSweep& sweep, uint32_t slot, bool all,
+                          ShadowBlock& hits, ShadowBlock& block, ShadowLeaving& leaving,
+                          uint8_t* verdicts) {
     const SunLanes s = lanesOf(cut, sweep, sweep.tile(slot));
-    const auto start = cut.format == 0 ? startAll<true> : startAll<false>;
-    return start(s, slot, asks, first, block, leaving, verdicts);
+    const auto leave = cut.format == 0 ? leaveAll<true> : leaveAll<false>;
+    return leave(s, all, hits, block, leaving, verdicts);
 }
 
 uint64_t walkShadowLanes(const TerrainCut& cut, const SunSweep& sweep, uint32_t slot, int rest,

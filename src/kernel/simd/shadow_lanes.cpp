@@ -12,11 +12,18 @@
 namespace terray::simd {
 
 HWY_EXPORT(startShadowLanes);
+HWY_EXPORT(leaveShadowLanes);
 HWY_EXPORT(walkShadowLanes);
 
 int startShadows(const TerrainCut& cut, const SunSweep& sweep, uint32_t slot, const SunAsks& asks,
-                 int first, ShadowBlock& block, ShadowLeaving& leaving, uint8_t* verdicts) {
-    return HWY_DYNAMIC_DISPATCH(startShadowLanes)(cut, sweep, slot, asks, first, block, leaving,
+                 int first, ShadowBlock& hits, uint8_t* verdicts) {
+    return HWY_DYNAMIC_DISPATCH(startShadowLanes)(cut, sweep, slot, asks, first, hits, verdicts);
+}
+
+uint64_t leaveHits(const TerrainCut& cut, const SunSweep& sweep, uint32_t slot, bool all,
+                   ShadowBlock& hits, ShadowBlock& block, ShadowLeaving& leaving,
+                   uint8_t* verdicts) {
+    return HWY_DYNAMIC_DISPATCH(leaveShadowLanes)(cut, sweep, slot, all, hits, block, leaving,
                                                   verdicts);
 }
 

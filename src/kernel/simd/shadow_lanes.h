@@ -60,12 +60,18 @@ struct ShadowLeaving {
     ShadowBlock ahead, aside;
 };
 
-/// Starts those of a batch whose hits lie in tile `slot`, and takes them through their hit's cell:
-/// verdicts of those that this decides, by number (the batch's first is `first`); the others are
-/// added to `block`, which has room for kSunAsks, or to `leaving`, which is empty. Returns how many
-/// there were.
+/// Asks the bounds for those of a batch whose hits lie in tile `slot`: verdicts of those that this
+/// decides, by number (the batch's first is `first`); the others are added to `hits`, which has room
+/// for kSunAsks. Returns how many there were.
 int startShadows(const TerrainCut& cut, const SunSweep& sweep, uint32_t slot, const SunAsks& asks,
-                 int first, ShadowBlock& block, ShadowLeaving& leaving, uint8_t* verdicts);
+                 int first, ShadowBlock& hits, uint8_t* verdicts);
+
+/// Takes rays through the cells of their hits: to their verdicts, to `block`, which has room for
+/// them, or to `leaving`, which is empty. Less than a packet may stay, unless `all` are to leave.
+/// Returns the number of cells.
+uint64_t leaveHits(const TerrainCut& cut, const SunSweep& sweep, uint32_t slot, bool all,
+                   ShadowBlock& hits, ShadowBlock& block, ShadowLeaving& leaving,
+                   uint8_t* verdicts);
 
 /// Walks the rays of a block through tile `slot` until all but `rest` are decided or have left: the
 /// last few would leave most lanes idle. Returns the number of cells walked.

@@ -75,7 +75,8 @@ public:
             any = roaming_.count > 0;
             finishRoaming();
             for (Open& open : open_) {
-                any = any || open.block.count > 0;
+                any = any || open.block.count + open.hits.count > 0;
+                if (open.hits.count > 0) leave(open, true);
                 if (open.block.count > 0) walk(open.slot, open.block, 0);
             }
         }
@@ -84,9 +85,11 @@ public:
 private:
     static constexpr int kRoamers = 4 * simd::kShadowRays;
     static constexpr int kRest = 64;  ///< rays that wait in a block for others
+    static constexpr int kMostHits = 128;
 
     struct Open {
         uint32_t slot = kNoSlot;
+        simd::ShadowBlock hits;  ///< rays that have not left the cell of their hit
         simd::ShadowBlock block;
     };
     /// Rays that stand at the border of the tile that they go on in, which is not open.
@@ -97,19 +100,23 @@ private:
     };
 
     void startIn(uint32_t slot, const SunAsks& asks, int first) {
-        if (roaming_.count > kRoamers - kSunAsks) finishRoaming();
         Open* open = openBlock(slot);
         if (open == nullptr) {
             open = &open_[next_++ % open_.size()];
+            if (open->hits.count > 0) leave(*open, true);
             if (open->block.count > 0) walk(open->slot, open->block, 0);
             open->slot = slot;
         }
-        if (open->block.count > simd::kShadowRays - kSunAsks) walk(slot, open->block, kRest);
-        const int rays =
-            simd::startShadows(cut_, sweep_, slot, asks, first, open->block, leaving_, verdicts_);
-        counters_.rays += static_cast<uint64_t>(rays);
-        counters_.cells += static_cast<uint64_t>(rays);
-        passOn(slot);
+        if (open->hits.count > kMostHits - kSunAsks) leave(*open, false);
+        counters_.rays += static_cast<uint64_t>(
+            simd::startShadows(cut_, sweep_, slot, asks, first, open->hits, verdicts_));
+    }
+    void leave(Open& open, bool all) {
+        if (open.block.count > simd::kShadowRays - kMostHits) walk(open.slot, open.block, kRest);
+        if (roaming_.count > kRoamers - simd::kShadowRays - kSunAsks) finishRoaming();
+        counters_.cells += simd::leaveHits(cut_, sweep_, open.slot, all, open.hits, open.block,
+                                           leaving_, verdicts_);
+        passOn(open.slot);
     }
     Open* openBlock(uint32_t slot) {
         for (Open& open : open_)

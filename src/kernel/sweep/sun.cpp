@@ -370,7 +370,7 @@ SunSweep::Bounds SunSweep::boundsAt(uint32_t slot, int row, double column) const
     const double zero = static_cast<double>(anchorZ_) + static_cast<double>(codeZ_);
     const uint32_t up = entry >> 16, down = entry & 0xFFFFu;
     const double none = std::numeric_limits<double>::infinity();
-    return {up == 0xFFFFu ? none : zero + up * static_cast<double>(codeStep_),
+    return {up == kUnknownFree ? none : zero + up * static_cast<double>(codeStep_),
             down == 0 ? -none : zero + down * static_cast<double>(codeStep_)};
 }
 

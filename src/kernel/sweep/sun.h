@@ -60,6 +60,11 @@ constexpr int kSweepStep = 2;
 constexpr int kSweepRows = kSlotCells / kSweepStep;
 constexpr int kSweepStride = 520;
 constexpr int kSweepEntries = kSweepRows * kSweepStride;
+/// An entry is asked on the way to its row: the low half is a code of `caught` there, rounded down
+/// (0: unknown), the high half of `free` kSweepStep rows before, rounded up.
+constexpr uint32_t kUnknownFree = 0xFFFFu;
+/// Rays gain at least this share of their rise on ground that counts as facing the sun.
+constexpr float kGainOnFacing = 0.125f;
 
 /// Shadow heights of a cut under one sun. Derived data: valid while the same tiles are drawn.
 /// const-shared.
@@ -75,10 +80,11 @@ public:
     const SunDirection& sun() const { return sun_; }
     uint64_t bytes() const { return uint64_t{4} * kSweepEntries * drawn_.size(); }
 
-    /// Bounds of the shadow height where rays cross row `row` (a multiple of
-    /// kSweepStep, 1..512, in the sun's axes) of a
-    /// drawn tile at `column` (0..512): who is higher than `free` meets nothing further on; who is
-    /// lower than `caught`, and was above the ground up to here, meets the ground. For tests.
+    /// Bounds of the shadow height for rays in the strip that crosses row `row` (a multiple of
+    /// kSweepStep, 2..512, in the sun's axes) of a drawn tile at `column` (0..512). `free`: where
+    /// they cross row - kSweepStep; who is higher there, and above the ground from some place before
+    /// `row` on, meets nothing from there on. `caught`: where they cross `row`; who is lower, and
+    /// was above the ground up to here, meets the ground. For tests.
     struct Bounds {
         double free, caught;
     };

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "base/simd_clones.h"
+#include "kernel/sweep/sun.h"
 
 namespace terray {
 namespace {
@@ -36,21 +37,27 @@ void decodePosts(const float* __restrict posts, int count, float /*step*/, float
     for (int k = 0; k < count; ++k) heights[k] = posts[k] + base;
 }
 
+namespace {
+
+/// Bounds of row r, from those of row r + 1. Over cells that face the sun a ray only gains height:
+/// there it has nothing to clear.
 TERRAY_SIMD_CLONES
-void sweepRow(const SunRow& row) {
+void boundRow(const SunRow& row) {
     const float* __restrict here = row.here;
     const float* __restrict here1 = here + row.right;
+    const float* __restrict ahead = row.ahead + row.leftAhead;
+    const float* __restrict ahead1 = row.ahead + row.rightAhead;
     const float* __restrict edges = row.edges;
     const float* __restrict twist = row.twist;
-    float* __restrict tops = row.top;
+    const float* __restrict twist1 = twist + row.right;
+    const float* __restrict twistAhead = twist + row.leftAhead;
+    const float* __restrict twistAhead1 = twist + row.rightAhead;
     float* __restrict free = row.free;
     float* __restrict caught = row.caught;
-    uint32_t* __restrict entries = row.entries;
     const int e0 = row.edge[0], e1 = row.edge[1], e2 = row.edge[2];
-    const int c0 = row.cell[0], c1 = row.cell[1], c2 = row.cell[2], c3 = row.cell[3];
-    const float leftPlace = row.leftPlace, rightPlace = row.rightPlace;
+    const float atLeft = row.leftPlace, atRight = row.rightPlace;
+    const float atLeftAhead = row.leftPlaceAhead, atRightAhead = row.rightPlaceAhead;
     const float drop = row.drop, perStrip = row.dropPerStrip, slack = row.slack;
-    const float codeZ = row.codeZ, scale = row.codesPerMetre;
     const int count = row.count;
 #if !defined(__clang__)
 #pragma GCC ivdep
@@ -58,44 +65,79 @@ void sweepRow(const SunRow& row) {
     for (int k = 0; k < count; ++k) {
         const float sinks = drop + perStrip * static_cast<float>(k);
         const float l0 = here[k], l1 = here[k + 1], r0 = here1[k], r1 = here1[k + 1];
-        const float left = l0 + (l1 - l0) * leftPlace, right = r0 + (r1 - r0) * rightPlace;
-        const float high = greater(greater(l1, r0), greater(left, greater(right, -kInfinity)));
+        const float left = l0 + (l1 - l0) * atLeft, right = r0 + (r1 - r0) * atRight;
+        const float leftAhead = ahead[k] + (ahead[k + 1] - ahead[k]) * atLeftAhead;
+        const float rightAhead = ahead1[k] + (ahead1[k + 1] - ahead1[k]) * atRightAhead;
         const float low = lesser(lesser(left, right), lesser(l1, r0));
-        const float bulge =
-            greater(greater(twist[k + c0], twist[k + c1]), greater(twist[k + c2], twist[k + c3]));
+        const float near = greater(left + twist[k], greater(right + twist1[k], -kInfinity));
+        const float far = greater(leftAhead + twistAhead[k],
+                                  greater(rightAhead + twistAhead1[k], -kInfinity));
         const float band = greater(greater(edges[k + e0], edges[k + e1]), edges[k + e2]);
-        const float surface = greater(greater(high, band), tops[k] - (sinks - slack)) + bulge;
-        const float top = greater(surface, free[k] - (sinks - slack));
-        const float floor = greater(low, caught[k] - (sinks + slack));
-        tops[k] = high;
-        free[k] = top;
-        caught[k] = floor;
-        const float up =
-            lesser(greater((top - codeZ) * scale + (1.0f + kCodeSlack), 0.0f), 65535.0f);
-        const float down = lesser(greater((floor - codeZ) * scale - kCodeSlack, 0.0f), 65535.0f);
-        entries[k] = static_cast<uint32_t>(static_cast<int32_t>(up)) << 16 |
-                     static_cast<uint32_t>(static_cast<int32_t>(down));
+        const float beyond = greater(far, free[k]) - (sinks - slack);
+        free[k] = greater(greater(near, band), beyond);
+        caught[k] = greater(low, caught[k] - (sinks + slack));
     }
     if (row.holes == nullptr) return;
     for (int k = 0; k < count; ++k) {
         float missing = 0;
         for (int c = row.cell[0]; c <= row.cell[3] + 1; ++c) missing += row.holes[k + c];
-        if (missing == 0.0f) continue;
-        caught[k] = -kInfinity;
-        entries[k] &= 0xFFFF0000u;
+        if (missing != 0.0f) caught[k] = -kInfinity;
     }
 }
 
 TERRAY_SIMD_CLONES
-bool prepareBand(const float* __restrict here, const float* __restrict ahead, int count, float rise,
-                 float share, float arc, float* __restrict edges, float* __restrict twist) {
+void codeCaught(const float* __restrict caught, int count, float codeZ, float scale,
+                uint32_t* __restrict entries) {
+    for (int k = 0; k < count; ++k) {
+        const float down =
+            lesser(greater((caught[k] - codeZ) * scale - kCodeSlack, 0.0f), 65535.0f);
+        entries[k] = kUnknownFree << 16 | static_cast<uint32_t>(static_cast<int32_t>(down));
+    }
+}
+
+TERRAY_SIMD_CLONES
+void codeFree(const float* __restrict free, int count, float codeZ, float scale,
+              uint32_t* __restrict entries) {
+    for (int k = 0; k < count; ++k) {
+        const float up =
+            lesser(greater((free[k] - codeZ) * scale + (1.0f + kCodeSlack), 0.0f), 65535.0f);
+        entries[k] = static_cast<uint32_t>(static_cast<int32_t>(up)) << 16 | (entries[k] & 0xFFFFu);
+    }
+}
+
+}  // namespace
+
+void codeRow(const SunRow& row) {
+    if (row.entries) codeCaught(row.caught, row.count, row.codeZ, row.codesPerMetre, row.entries);
+    if (row.kept) codeFree(row.free, row.keptCount, row.codeZ, row.codesPerMetre, row.kept);
+}
+
+void sweepRow(const SunRow& row) {
+    boundRow(row);
+    codeRow(row);
+}
+
+TERRAY_SIMD_CLONES
+bool prepareBand(const float* __restrict here, const float* __restrict ahead, int count,
+                 const SunBand& band, float* __restrict edges, float* __restrict twist) {
+    const float rise = band.rise, facing = band.facing, shear = band.shear;
+    const float share = 0.2501f * shear, arc = 0.2501f * band.arc;
     int missing = 0;
     for (int c = 0; c < count; ++c) {
         const float x = here[c], y = ahead[c];
-        edges[c] = greater(x, greater(y - rise, -kInfinity));
         const float bent = (ahead[c + 1] - y) - (here[c + 1] - x);
-        twist[c] = greater(share * (bent < 0.0f ? -bent : bent) + arc, arc);
+        const float bulge = greater(share * (bent < 0.0f ? -bent : bent) + arc, arc);
+        // The ground's slope along the rays is linear: steepest in one of two corners.
+        const float along = shear * (here[c + 1] - x) + (y - x);
+        const float steepest = along + (1.0f + shear) * (bent > 0.0f ? bent : 0.0f);
+        const bool faces = (steepest < facing) & (bent == bent);
+        twist[c] = faces ? -kInfinity : bulge;
         missing |= (x != x) | (y != y);
+    }
+    edges[0] = kInfinity;  // beside all strips
+    for (int c = 1; c < count; ++c) {
+        const float most = greater(here[c], greater(ahead[c] - rise, -kInfinity));
+        edges[c] = most + greater(twist[c - 1], twist[c]);
     }
     return missing != 0;
 }

@@ -112,24 +112,27 @@ public:
 
 private:
     float& free(int strip) { return free_[static_cast<size_t>(strip - kFirstStrip)]; }
-    float& top(int strip) { return tops_[static_cast<size_t>(strip - kFirstStrip)]; }
     float& caught(int strip) { return caught_[static_cast<size_t>(strip - kFirstStrip)]; }
     int firstOf(int row) const { return floorOf(-shear_ * row - kWiden); }
     int lastOf(int row) const { return floorOf(tile_.columnsEnd - shear_ * row + kWiden); }
+    int baseOf(int row) const {
+        return static_cast<int>(firstStrip(static_cast<float>(shear_), static_cast<float>(row)));
+    }
     double dropAt(double column, int row) const {
         return tile_.drop + tile_.dropPerColumn * column + tile_.dropPerRow * row;
     }
-    /// Entries of a row; row 0 is the next tile's, and not every row is kept.
-    uint32_t* rowOf(int row) {
-        const bool kept = row > 0 && row % kSweepStep == 0;
-        return kept ? entries_ + (row / kSweepStep - 1) * kSweepStride : rowZero_.data();
+    /// Entry of a strip in a row that keeps entries: row 0 is the next tile's.
+    uint32_t* entryOf(int row, int strip) {
+        return entries_ + (row / kSweepStep - 1) * kSweepStride + (strip - baseOf(row));
     }
     float slack() const;
+    SunBand bandAt(int row) const;
     void startAt(int row);
     void admitSide(int row);
     void publishSide(int row, const float* here);
-    void startTops(int row);
-    void step(int row, const float* here, float moves, uint32_t* codes);
+    void keepIn(int row, SunRow& s);
+    void step(int row, const float* here);
+    void handOn();
 
     double shear_;
     const HeightScale& scale_;
@@ -138,9 +141,8 @@ private:
     TileOutflow& out_;
     uint32_t* entries_;
     PostRowsToSun posts_;
-    std::array<float, kStrips> free_, caught_, tops_;
+    std::array<float, kStrips> free_, caught_;
     std::array<float, kRowLength> edges_, twist_, holes_, before_;
-    std::array<uint32_t, kRowLength> rowZero_;
     bool anyHoles_ = false;
 };
 
@@ -150,6 +152,16 @@ float TileSweep::slack() const {
                                                                  std::fabs(tile_.dropPerRow));
     return static_cast<float>(2.5 * std::fabs(tile_.dropPerColumn) + tile_.slack + 4e-7 * largest +
                               2.4e-7 * static_cast<double>(scale_.reach));
+}
+
+/// From `row` to the next. Ground faces the sun for certain if rays gain an eighth of their rise on
+/// it: so lanes can trust it, however they round.
+SunBand TileSweep::bandAt(int row) const {
+    const double rise = std::min(dropAt(0, row), dropAt(kSlotCells, row));
+    const float least = static_cast<float>(rise) - slack();
+    const auto arc = static_cast<float>(tile_.arc);
+    return {static_cast<float>(shear_), least,
+            (1 - kGainOnFacing) * (least - arc) - 2e-6f * scale_.reach, arc};
 }
 
 /// Bounds on the far row, from what enters there.
@@ -207,45 +219,64 @@ void TileSweep::publishSide(int row, const float* here) {
     out_.side.caught[at] = hole ? -kInfinity : caught - std::max(most, 0.0f);
 }
 
-/// Greatest heights of the strips' pieces of the far row, whose posts are in before_.
-void TileSweep::startTops(int row) {
-    const auto free = free_, caught = caught_;
-    step(row, before_.data(), 0.0f, rowZero_.data());
-    free_ = free;
-    caught_ = caught;
-}
-
-/// From row + 1 to row, whose posts are `here`. `moves` is 0 for the far row, which is only coded.
-void TileSweep::step(int row, const float* here, float moves, uint32_t* codes) {
-    const double shift = shear_ * row;
-    const int first = firstOf(row);
-    const double left = shift - kWiden, right = 1 + shift + kWiden, end = right + shear_;
-    const int leftColumn = floorOf(left), rightColumn = floorOf(right), endColumn = floorOf(end);
-    const int origin = kPad + first + leftColumn;  // the column under the first strip
-    const auto base =
-        static_cast<int>(firstStrip(static_cast<float>(shear_), static_cast<float>(row)));
-    SunRow s;
-    s.here = here + origin;
-    s.edges = edges_.data() + origin;
-    s.twist = twist_.data() + origin;
-    s.top = &top(first);
-    s.holes = anyHoles_ ? holes_.data() + origin : nullptr;
+/// Where the bounds of a row go: `caught` to its own entries, `free` to those of the kept row
+/// before, as far as its strips reach there.
+void TileSweep::keepIn(int row, SunRow& s) {
+    const int first = firstOf(row), last = lastOf(row), kept = row + kSweepStep;
+    s.codeZ = scale_.codeZ;
+    s.codesPerMetre = scale_.codesPerMetre;
     s.free = &free(first);
     s.caught = &caught(first);
-    s.entries = codes + (first - base);
-    s.count = lastOf(row) - first + 1;
+    s.count = last - first + 1;
+    s.entries = s.kept = nullptr;
+    if (row % kSweepStep != 0) return;
+    if (row > 0) s.entries = entryOf(row, first);
+    if (kept > std::ceil(tile_.rowsEnd)) return;
+    s.keptCount = std::min(lastOf(kept), last) - first + 1;
+    if (s.keptCount > 0) s.kept = entryOf(kept, first);
+}
+
+/// From row + 1 to row, whose posts are `here`.
+void TileSweep::step(int row, const float* here) {
+    const double shift = shear_ * row;
+    const int first = firstOf(row);
+    const double left = shift - kWiden, right = 1 + shift + kWiden;
+    const double start = left + shear_, end = right + shear_;
+    const int leftColumn = floorOf(left), endColumn = floorOf(end);
+    const int origin = kPad + first + leftColumn;  // the column under the first strip
+    SunRow s;
+    keepIn(row, s);
+    s.here = here + origin;
+    s.ahead = before_.data() + origin;
+    s.edges = edges_.data() + origin;
+    s.twist = twist_.data() + origin;
+    s.holes = anyHoles_ ? holes_.data() + origin : nullptr;
     const int across = endColumn - leftColumn;
     for (int k = 0; k < 4; ++k) s.cell[k] = std::min(k, across);
     for (int k = 0; k < 3; ++k) s.edge[k] = std::min(k + 1, across);
-    s.right = rightColumn - leftColumn;
+    s.right = floorOf(right) - leftColumn;
+    s.leftAhead = floorOf(start) - leftColumn;
+    s.rightAhead = across;
     s.leftPlace = static_cast<float>(left - leftColumn);
-    s.rightPlace = static_cast<float>(right - rightColumn);
-    s.drop = moves * static_cast<float>(dropAt(first + 0.5 + shift, row));
-    s.dropPerStrip = moves * static_cast<float>(tile_.dropPerColumn);
-    s.slack = moves * slack();
-    s.codeZ = scale_.codeZ;
-    s.codesPerMetre = scale_.codesPerMetre;
+    s.rightPlace = static_cast<float>(right - floorOf(right));
+    s.leftPlaceAhead = static_cast<float>(start - floorOf(start));
+    s.rightPlaceAhead = static_cast<float>(end - endColumn);
+    s.drop = static_cast<float>(dropAt(first + 0.5 + shift, row));
+    s.dropPerStrip = static_cast<float>(tile_.dropPerColumn);
+    s.slack = slack();
     sweepRow(s);
+}
+
+/// At row 0, to a tile that knows nothing of the ground here. Row 0 is in before_.
+void TileSweep::handOn() {
+    const auto post = [&](int column) { return before_[static_cast<size_t>(column + kPad)]; };
+    for (int c = 0; c < kSlotCells; ++c) {
+        float top = free(c);
+        for (int column = c - 1; column <= c + 2; ++column)
+            top = post(column) > top ? post(column) : top;
+        out_.near.free[static_cast<size_t>(c)] = top;
+        out_.near.caught[static_cast<size_t>(c)] = caught(c);
+    }
 }
 
 void TileSweep::run() {
@@ -254,32 +285,21 @@ void TileSweep::run() {
     out_.side = out_.near;
     const int top = static_cast<int>(std::ceil(tile_.rowsEnd));
     startAt(top);
-    // The entries of the far row are the bounds that enter; its posts are only the ends of a band.
-    edges_.fill(-kInfinity);
-    twist_.fill(0.0f);
-    tops_.fill(-kInfinity);
-    before_.fill(-kInfinity);
-    step(top, before_.data(), 0.0f, rowOf(top));
+    SunRow far;
+    keepIn(top, far);
+    codeRow(far);
     std::copy_n(posts_.row(top), kRowLength, before_.data());
-    startTops(top);
-    const auto arc = static_cast<float>(0.2501 * tile_.arc);
     for (int row = top - 1; row >= tile_.firstRow; --row) {
         const float* here = posts_.row(row);
-        const double rise = std::min(dropAt(0, row), dropAt(kSlotCells, row));
-        anyHoles_ =
-            prepareBand(here, before_.data(), kRowPosts, static_cast<float>(rise) - slack(),
-                        static_cast<float>(0.2501 * shear_), arc, edges_.data(), twist_.data());
+        anyHoles_ = prepareBand(here, before_.data(), kRowPosts, bandAt(row), edges_.data(),
+                                twist_.data());
         if (anyHoles_) markHoles(here, before_.data(), kRowPosts, holes_.data());
         admitSide(row);
         publishSide(row, here);
-        step(row, here, 1.0f, rowOf(row));
+        step(row, here);
         std::copy_n(here, kRowLength, before_.data());
     }
-    if (tile_.firstRow > 0) return;
-    for (int c = 0; c < kSlotCells; ++c) {
-        out_.near.free[static_cast<size_t>(c)] = free(c);
-        out_.near.caught[static_cast<size_t>(c)] = caught(c);
-    }
+    if (tile_.firstRow == 0) handOn();
 }
 
 }  // namespace
