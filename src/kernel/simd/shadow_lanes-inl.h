@@ -16,153 +16,11 @@
 
 #include "hwy/highway.h"
 #include "kernel/simd/lanes-inl.h"
+#include "kernel/simd/shadow_cells-inl.h"
 #include "kernel/simd/shadow_lanes.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace terray::simd::HWY_NAMESPACE {
-
-/// What all lanes of a block share.
-struct SunLanes {
-    const int32_t* posts;
-    const int32_t* entries;
-    float anchorZ, postsZ, postsStep, codeZ, codeStep;
-    float shear, inverseShear, bend, error, errorPerRow;
-    float rise, risePerColumn, risePerRow;
-    int32_t lastColumn, lastRow;
-    bool transposed, mirroredX, mirroredY, mayHaveHoles;
-};
-
-/// Rows of a walk, after which a ray is cast; bounds the error of a lane's place: less than 2.5e-7
-/// cells a step, at most two steps a row.
-constexpr float kMostRows = 48.0f;
-/// A place this near to a border may lie beyond it, in cells.
-constexpr float kNearBorder = 3e-5f;
-/// Relative error of a float expression of some 16 roundings.
-constexpr float kManyRoundings = 1e-6f;
-
-/// A lane's cell in the sun's axes: heights against the ray, and the way to its exit.
-struct SunCell {
-    VF h00, acrossColumns, acrossRows, twist;
-    MI hole;
-};
-
-template <bool kInt16>
-HWY_INLINE SunCell loadCell(const SunLanes& s, VI column, VI row) {
-    const VI last = setI(kSlotCells - 1);
-    VI x = s.transposed ? row : column, y = s.transposed ? column : row;
-    if (s.mirroredX) x = last - x;
-    if (s.mirroredY) y = last - y;
-    const VI index = y * setI(kPostStride) + x;
-    VF a, b, c, d;  // (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)
-    MI hole;
-    if constexpr (kInt16) {
-        const VI bytes = hn::ShiftLeft<1>(index);
-        const VI upper = hn::GatherOffset(DI(), s.posts, bytes);
-        const VI lower = hn::GatherOffset(DI(), s.posts, bytes + setI(2 * kPostStride));
-        const VI low = setI(0xFFFF);
-        const auto high = [](VI v) {
-            return hn::BitCast(DI(), hn::ShiftRight<16>(hn::BitCast(DU(), v)));
-        };
-        const VI q00 = hn::And(upper, low), q01 = hn::And(lower, low);
-        const VI q10 = high(upper), q11 = high(lower);
-        hole = hn::Eq(hn::Max(hn::Max(q00, q10), hn::Max(q01, q11)), low);
-        const VF step = setF(s.postsStep), zero = setF(s.postsZ);
-        a = hn::MulAdd(step, hn::ConvertTo(DF(), q00), zero);
-        b = hn::MulAdd(step, hn::ConvertTo(DF(), q10), zero);
-        c = hn::MulAdd(step, hn::ConvertTo(DF(), q01), zero);
-        d = hn::MulAdd(step, hn::ConvertTo(DF(), q11), zero);
-    } else {
-        const VI bytes = hn::ShiftLeft<2>(index);
-        const float* posts = reinterpret_cast<const float*>(s.posts);
-        const VF anchor = setF(s.anchorZ);
-        a = hn::GatherOffset(DF(), posts, bytes) - anchor;
-        b = hn::GatherOffset(DF(), posts, bytes + setI(4)) - anchor;
-        c = hn::GatherOffset(DF(), posts, bytes + setI(4 * kPostStride)) - anchor;
-        d = hn::GatherOffset(DF(), posts, bytes + setI(4 * kPostStride + 4)) - anchor;
-        const VF sum = (a + b) + (c + d);
-        hole = hn::Not(maskI(sum == sum));
-    }
-    if (s.mirroredX) {
-        std::swap(a, b);
-        std::swap(c, d);
-    }
-    if (s.mirroredY) {
-        std::swap(a, c);
-        std::swap(b, d);
-    }
-    if (s.transposed) std::swap(b, c);
-    const VF across = b - a;
-    return {a, across, c - a, (d - c) - across, hole};
-}
-
-/// Puts a hit's place into the sun's axes.
-HWY_INLINE void turnToSun(const SunLanes& s, VI& column, VI& row, VF& u, VF& v) {
-    const VI last = setI(kSlotCells - 1);
-    const VF one = setF(1.0f);
-    if (s.mirroredX) {
-        column = last - column;
-        u = one - u;
-    }
-    if (s.mirroredY) {
-        row = last - row;
-        v = one - v;
-    }
-    if (s.transposed) {
-        std::swap(column, row);
-        std::swap(u, v);
-    }
-}
-
-/// dark, passes: certain.
-struct SunVerdict {
-    MF dark, passes;
-};
-
-/// Hits at the rim of the tile that a ray comes in through, or along.
-HWY_INLINE MI standsAtRim(VI column, VI row, VF u, VF v) {
-    const VF near = setF(kNearBorder);
-    return hn::Or(hn::Or(hn::And(hn::Eq(column, hn::Zero(DI())), maskI(u < near)),
-                         hn::And(hn::Eq(row, hn::Zero(DI())), maskI(v < near))),
-                  hn::And(hn::Eq(column, setI(kSlotCells - 1)), maskI(u > setF(1.0f) - near)));
-}
-
-/// The hit cell: f(t) / t = f1 + f2 t must keep its sign. Places at a border in the ray's way are
-/// left to others.
-HWY_INLINE SunVerdict leaveHit(const SunLanes& s, const SunCell& c, VF u, VF v, VF dz, VF bend,
-                               VF length, VF error) {
-    const VF shear = setF(s.shear), near = setF(kNearBorder);
-    const VF f1 =
-        dz - ((c.acrossColumns * shear + c.acrossRows) + c.twist * hn::MulAdd(v, shear, u));
-    const VF f2 = bend - c.twist * shear;
-    const VF end = hn::MulAdd(f2, length, f1);
-    const VF size =
-        (hn::Abs(dz) + hn::Abs(c.acrossColumns)) + (hn::Abs(c.acrossRows) + hn::Abs(c.twist));
-    const VF unsure = hn::MulAdd(size, setF(2e-5f), error + error);
-    const VF least = hn::Min(f1, end);
-    const MF clear = hn::AndNot(length < near, least == least);
-    return {hn::And(clear, least < hn::Neg(unsure)), hn::And(clear, least > unsure)};
-}
-
-/// Any later cell: the ray came from above.
-HWY_INLINE SunVerdict passCell(const SunLanes& s, const SunCell& c, VF u, VF v, VF z, VF slope,
-                               VF bend, VF length, VF error) {
-    const VF shear = setF(s.shear), zero = hn::Zero(DF());
-    const VF f0 = z - hn::MulAdd(v, hn::MulAdd(c.twist, u, c.acrossRows),
-                                 hn::MulAdd(c.acrossColumns, u, c.h00));
-    const VF f1 =
-        slope - ((c.acrossColumns * shear + c.acrossRows) + c.twist * hn::MulAdd(v, shear, u));
-    const VF f2 = bend - c.twist * shear;
-    const auto at = [&](VF t) { return hn::MulAdd(t, hn::MulAdd(f2, t, f1), f0); };
-    const VF end = at(length);
-    // NaN or infinite where f is straight. A little beside the turn f is hardly higher: two
-    // roundings of a reciprocal will do.
-    const VF twice = setF(-2.0f) * f2, rough = hn::ApproximateReciprocal(twice);
-    const VF turn = f1 * (rough * hn::NegMulAdd(twice, rough, setF(2.0f)));
-    const VF inside = hn::Min(hn::Max(turn, zero), length);
-    const VF extreme = hn::IfThenElse(turn == turn, at(inside), end);
-    const VF least = hn::Min(hn::Min(f0, end), extreme);
-    return {least<hn::Neg(error), least> error};
-}
 
 /// A packet of rays, in the sun's axes.
 struct SunPacket {
@@ -272,15 +130,10 @@ HWY_INLINE SunStep decide(const SunLanes& s, SunPacket& r, MI lanes, MI byRow, M
     return step;
 }
 
-/// One cell of a packet: at its hits, whose bounds have been asked, or at the entry of a cell.
+/// A row of a packet: from its hits, whose bounds have been asked, or from where rays have come to
+/// the next row of posts, or to the border of the tile: through a cell, and the one beside it.
 template <bool kInt16, bool kAtHits>
 HWY_INLINE SunStep stepShadows(const SunLanes& s, SunPacket& r, MI active) {
-    const VF one = setF(1.0f), zero = hn::Zero(DF());
-    const SunExit exit = exitOf(s, r);
-    const MI byRow = maskI(exit.byRow);
-    const VF length = exit.length;
-    const VF way = r.way + r.v;
-    const VF error = errorAfter(s, r.dz, way);
     MI lanes = active;
     SunAhead ahead{noLanes(), noLanes()};
     if constexpr (!kAtHits) {
@@ -289,32 +142,55 @@ HWY_INLINE SunStep stepShadows(const SunLanes& s, SunPacket& r, MI active) {
         lanes = hn::AndNot(hn::Or(ahead.dark, ahead.lit), active);
         if (hn::AllFalse(DI(), lanes)) return {ahead.dark, lanes, lanes, lanes, lanes};
     }
-    const SunCell c =
-        loadCell<kInt16>(s, hn::IfThenElseZero(lanes, r.column), hn::IfThenElseZero(lanes, r.row));
-    const VF bend = setF(s.bend);
-    SunVerdict inCell;
-    if constexpr (kAtHits) {
-        inCell = leaveHit(s, c, r.u, r.v, r.dz, bend, length, error);
-    } else {
-        const VF z = hn::MulAdd(way, hn::MulAdd(bend, way, r.dz), r.z);
-        const VF slope = hn::MulAdd(bend + bend, way, r.dz);
-        inCell = passCell(s, c, r.u, r.v, z, slope, bend, length, error);
-    }
-    const MI outside = hn::Or(r.column > setI(s.lastColumn), r.row > setI(s.lastRow));
-    const MI clear = hn::AndNot(hn::Or(c.hole, outside), lanes);
-    const MI dark = hn::And(clear, maskI(inCell.dark));
-    const MI passes = hn::And(clear, maskI(inCell.passes));
+    const VF one = setF(1.0f), zero = hn::Zero(DF()), shear = setF(s.shear), bend = setF(s.bend);
+    const SunPosts p = loadPosts<kInt16>(s, hn::IfThenElseZero(lanes, r.column),
+                                         hn::IfThenElseZero(lanes, r.row));
+    const SunExit exit = exitOf(s, r);
+    const VF error = errorAfter(s, r.dz, r.way + one);
+    const auto heightAfter = [&](VF v) {
+        const VF way = r.way + v;
+        return hn::MulAdd(way, hn::MulAdd(bend, way, r.dz), r.z);
+    };
+    const auto bends = [&](const SunCell& c, VF length) {
+        const VF second = hn::Max(hn::NegMulAdd(c.twist, shear, bend), zero);
+        return second * (length * length) * setF(0.25f);
+    };
 
-    // On to the border that is nearer.
-    const MF byRowF = exit.byRow;
-    const VF across = hn::Min(hn::MulAdd(setF(s.shear), length, r.u), one);
+    // To the border that is nearer.
+    const SunCell c = cellOf(p.a0, p.a1, p.b0, p.b1);
+    const VF across = hn::Min(hn::MulAdd(shear, exit.length, r.u), one);
+    const VF u1 = hn::IfThenElse(exit.byRow, across, one);
+    const VF v1 = hn::IfThenElse(exit.byRow, one, hn::Min(r.v + exit.length, one));
+    const VF clear1 = heightAfter(v1) - c.at(u1, v1);
+    SunVerdict verdict;
+    if constexpr (kAtHits)
+        verdict = leaveHit(s, c, r.u, r.v, r.dz, bend, exit.length, error);
+    else
+        verdict = passPiece(heightAfter(r.v) - c.at(r.u, r.v), clear1, bends(c, exit.length), error);
+    const MI outside = hn::Or(r.column > setI(s.lastColumn), r.row > setI(s.lastRow));
+    const MI known = hn::AndNot(hn::Or(p.hole, outside), lanes);
+    MI dark = hn::And(known, maskI(verdict.dark)), passes = hn::And(known, maskI(verdict.passes));
+
+    // Who has come to a column goes on to the row, but for the tile's border.
+    const MI byRow = maskI(exit.byRow);
+    const MI beside = hn::AndNot(byRow, r.column < setI(s.lastColumn));
+    const SunCell d = cellOf(p.a1, p.a2, p.b1, p.b2);
+    const VF rest = one - v1, besideU = shear * rest;
+    const VF clear2 = heightAfter(one) - d.at(besideU, one);
+    const SunVerdict second = passPiece(clear1, clear2, bends(d, rest), error);
+    const MI open = hn::And(beside, passes), knownBeside = hn::AndNot(p.holeBeside, open);
+    dark = hn::Or(dark, hn::And(knownBeside, maskI(second.dark)));
+    passes = hn::Or(hn::AndNot(beside, passes), hn::And(knownBeside, maskI(second.passes)));
+
+    const MI toRow = hn::Or(byRow, beside);
+    const MF toRowF = maskF(toRow);
     const VI oneI = setI(1);
-    r.row = select(byRow, r.row + oneI, r.row);
+    r.row = select(toRow, r.row + oneI, r.row);
     r.column = select(byRow, r.column, r.column + oneI);
-    r.u = hn::IfThenElse(byRowF, across, zero);
-    r.v = hn::IfThenElse(byRowF, zero, hn::Min(r.v + length, one));
-    r.way = hn::IfThenElse(byRowF, r.way + one, r.way);
-    SunStep step = decide(s, r, lanes, byRow, passes, dark);
+    r.u = hn::IfThenElse(exit.byRow, across, hn::IfThenElseZero(toRowF, besideU));
+    r.v = hn::IfThenElse(toRowF, zero, v1);
+    r.way = hn::IfThenElse(toRowF, r.way + one, r.way);
+    SunStep step = decide(s, r, lanes, toRow, passes, dark);
     step.dark = hn::Or(step.dark, ahead.dark);
     return step;
 }
