@@ -3,6 +3,7 @@
 #include "shade/hit_batch.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstring>
@@ -48,10 +49,13 @@ void standIn(int from, HitBatch& h) {
     }
 }
 
+/// Lies over other types, as memory does.
+using HitWord [[gnu::may_alias]] = uint64_t;
+
 /// Hits as three words each: a store of a word at a time would take longer than all arithmetic on
 /// it.
 TERRAY_SIMD_CLONES
-void split(const uint64_t* __restrict words, HitBatch& h) {
+void split(const HitWord* __restrict words, HitBatch& h) {
     static_assert(std::endian::native == std::endian::little && sizeof(Hit) == 24);
     static_assert(offsetof(Hit, tile) == 4 && offsetof(Hit, cell) == 8 && offsetof(Hit, u) == 12 &&
                   offsetof(Hit, v) == 16 && offsetof(Hit, mip) == 22 && offsetof(Hit, flags) == 23);
@@ -74,9 +78,13 @@ void split(const uint64_t* __restrict words, HitBatch& h) {
 }  // namespace
 
 HitBatch::HitBatch(std::span<const Hit> hits) {
-    alignas(64) uint64_t words[3 * kBatch] = {};
-    std::memcpy(words, hits.data(), hits.size_bytes());
-    split(words, *this);
+    if (hits.size() == kBatch) {
+        split(reinterpret_cast<const HitWord*>(hits.data()), *this);
+    } else {
+        std::array<Hit, kBatch> padded{};
+        std::copy(hits.begin(), hits.end(), padded.begin());
+        split(reinterpret_cast<const HitWord*>(padded.data()), *this);
+    }
     Survey found = survey(*this);
     some = (found.any & kHitValid) != 0;
     all = (found.common & kHitValid) != 0;

@@ -20,15 +20,29 @@ void setLane(FloatsRgb& colours, int k, const Rgb& c) {
 }
 Rgb laneOf(const FloatsRgb& colours, int k) { return {colours.r[k], colours.g[k], colours.b[k]}; }
 
+/// Light on a pixel, in the two parts of a LightBatch.
+struct LightParts {
+    Rgb always, sun;
+};
+[[gnu::always_inline]] inline LightParts lightAt(const rules::Light& light, float facing, float openSky, float up) {
+    return {rules::shadeLight(light, rules::openShare(openSky, up)),
+            light.sun * rules::sunShare(facing, openSky)};
+}
+
+[[gnu::always_inline]] inline Rgb steepen(const Rgb& colour, const Rgb& grey, float rock, float x, float y) {
+    const float steep = rock * rules::smoothStep(0.55f, 1.30f, std::sqrt(x * x + y * y));
+    return glm::mix(colour, grey, steep);
+}
+
 }  // namespace
 
 TERRAY_SIMD_CLONES
 void lightBatch(const rules::Light& light, const Floats& facing, const Floats& openSky,
                 const GroundBatch& ground, LightBatch& out) {
     for (int k = 0; k < kBatch; ++k) {
-        const float open = rules::openShare(openSky[k], ground.normal.z[k]);
-        setLane(out.always, k, rules::shadeLight(light, open));
-        setLane(out.sun, k, light.sun * rules::sunShare(facing[k], openSky[k]));
+        const LightParts parts = lightAt(light, facing[k], openSky[k], ground.normal.z[k]);
+        setLane(out.always, k, parts.always);
+        setLane(out.sun, k, parts.sun);
     }
 }
 
@@ -36,9 +50,8 @@ TERRAY_SIMD_CLONES
 void steepenBatch(const Rgb& grey, const Floats& rock, const GroundBatch& ground,
                   FloatsRgb& colour) {
     for (int k = 0; k < kBatch; ++k) {
-        const float x = ground.gradient.x[k], y = ground.gradient.y[k];
-        const float steep = rock[k] * rules::smoothStep(0.55f, 1.30f, std::sqrt(x * x + y * y));
-        setLane(colour, k, glm::mix(laneOf(colour, k), grey, steep));
+        setLane(colour, k, steepen(laneOf(colour, k), grey, rock[k], ground.gradient.x[k],
+                                   ground.gradient.y[k]));
     }
 }
 
@@ -67,6 +80,25 @@ void hazeBatch(const rules::Air& air, const Floats& distance, LitBatch& lit) {
         const float clear = rules::clearness(air, distance[k]);
         setLane(lit.always, k, laneOf(lit.always, k) * clear + rules::hazeLight(air, clear));
         setLane(lit.sun, k, laneOf(lit.sun, k) * clear);
+    }
+}
+
+TERRAY_SIMD_CLONES
+void rampedBatch(const RampedLight& in, const Floats& facing, const Floats& openSky,
+                 const GroundBatch& ground, const FloatsRgb& colour, const Floats& rock,
+                 LitBatch& lit) {
+    const RampedLight c = in;
+#if !defined(__clang__)
+#pragma GCC ivdep
+#endif
+    for (int k = 0; k < kBatch; ++k) {
+        const LightParts parts = lightAt(c.light, facing[k], openSky[k], ground.normal.z[k]);
+        const Rgb albedo = steepen(laneOf(colour, k), c.grey, rock[k], ground.gradient.x[k],
+                                   ground.gradient.y[k]);
+        const float clear = rules::clearness(c.air, ground.distance[k]);
+        setLane(lit.always, k, albedo * parts.always * clear + rules::hazeLight(c.air, clear));
+        setLane(lit.sun, k, albedo * parts.sun * clear);
+        lit.alpha[k] = 1.0f;
     }
 }
 

@@ -38,6 +38,16 @@ void paintBatch(const rules::Rgb& line, const Floats& cover, const LightBatch* l
 
 void hazeBatch(const rules::Air& air, const Floats& distance, LitBatch& lit);
 
+/// The whole of it for ramped ground without lines: light, steepened colours, haze.
+struct RampedLight {
+    rules::Light light;
+    rules::Air air;
+    rules::Rgb grey;
+};
+void rampedBatch(const RampedLight& in, const Floats& facing, const Floats& openSky,
+                 const GroundBatch& ground, const FloatsRgb& colour, const Floats& rock,
+                 LitBatch& lit);
+
 void skyBatch(const rules::Air& air, const Floats& sine, FloatsRgb& colour);
 
 /// sum += weight * colour, up to kBatch pixels; dark[k] = 1: the sun does not reach the pixel.

@@ -115,11 +115,18 @@ void DeferredShader::lightAndAsk(const HitBatch& hits, const GroundBatch& ground
     const bool sun = light_.sun.g > 0;
     if (sun) sunRays_.facing(ground, modelling_, facing);
     sky_->at(ground.place, ground.footprint, openSky);
-    LightBatch light;
-    lightBatch(light_, facing, openSky, ground, light);
-    colourBatch(hits, ground, light, lit);
-    hazeBatch(air_, ground.distance, lit);
-    std::fill_n(lit.alpha.at, kBatch, 1.0f);
+    if (settings_.shading == Shading::Ramp && settings_.options.contoursM <= 0) {
+        FloatsRgb colour;
+        Floats rock;
+        ramp_->tints.at(ground.height, colour, rock);
+        rampedBatch({light_, air_, kRock}, facing, openSky, ground, colour, rock, lit);
+    } else {
+        LightBatch light;
+        lightBatch(light_, facing, openSky, ground, light);
+        colourBatch(hits, ground, light, lit);
+        hazeBatch(air_, ground.distance, lit);
+        std::fill_n(lit.alpha.at, kBatch, 1.0f);
+    }
     if (!sun || !settings_.options.shadows) return;
     SunRays::ask(hits, facing, ground.height, asks);
 }
