@@ -23,8 +23,6 @@ struct FilteredGradient::Patches {
     Floats u, v;        ///< place between the inner posts
     Floats scale;       ///< weight, per mip-0 cell
     Floats zStep;       ///< metres of what the posts are counted in
-    Floats2 gradient;   ///< what comes out, scaled
-    Ints highest;       ///< code of the 16; 65535 is a hole. Of 16-bit posts only
 };
 
 namespace {
@@ -82,9 +80,15 @@ struct Weighing {
     }
 };
 
+/// Adds to the sums of the lanes that have posts. Those that have some elsewhere, or holes among
+/// them, are marked in `rest`.
 TERRAY_SIMD_CLONES
-void weighCodes(const Lanes<uint64_t> (&codes)[4], const Floats& u, const Floats& v,
-                const Floats& scale, const Floats& zStep, Floats2& gradient, Ints& highest) {
+void weighCodes(const Lanes<uint64_t> (&codes)[4], const Ints& first, const Floats& u,
+                const Floats& v, const Floats& scale, const Floats& zStep, Floats2& gradient,
+                Ints& rest) {
+#if !defined(__clang__)
+#pragma GCC ivdep
+#endif
     for (int k = 0; k < kBatch; ++k) {
         Weighing sum(u[k], v[k]);
         int32_t most = 0;
@@ -98,32 +102,27 @@ void weighCodes(const Lanes<uint64_t> (&codes)[4], const Floats& u, const Floats
             sum.add(r, static_cast<float>(a), static_cast<float>(b), static_cast<float>(c),
                     static_cast<float>(d));
         }
-        highest[k] = most;
-        gradient.x[k] = sum.dzdi * (scale[k] * zStep[k]);
-        gradient.y[k] = sum.dzdj * (scale[k] * zStep[k]);
+        const bool used = first[k] >= 0, hole = used & (most == 0xFFFF);
+        const float metres = scale[k] * zStep[k];
+        gradient.x[k] += used ? sum.dzdi * metres : 0.0f;
+        gradient.y[k] += used ? sum.dzdj * metres : 0.0f;
+        rest[k] |= ((first[k] == kAcrossTiles) | hole) ? 1 : 0;
     }
 }
 
 TERRAY_SIMD_CLONES
-void weighHeights(const Floats (&z)[4][4], const Floats& u, const Floats& v, const Floats& scale,
-                  Floats2& gradient) {
+void weighHeights(const Floats (&z)[4][4], const Ints& first, const Floats& u, const Floats& v,
+                  const Floats& scale, Floats2& gradient, Ints& rest) {
+#if !defined(__clang__)
+#pragma GCC ivdep
+#endif
     for (int k = 0; k < kBatch; ++k) {
         Weighing sum(u[k], v[k]);
         for (int r = 0; r < 4; ++r) sum.add(r, z[r][0][k], z[r][1][k], z[r][2][k], z[r][3][k]);
-        gradient.x[k] = sum.dzdi * scale[k];
-        gradient.y[k] = sum.dzdj * scale[k];
-    }
-}
-
-/// Adds what was weighed; lanes without it, or with holes in it, are marked in `rest`.
-TERRAY_SIMD_CLONES
-void addUp(const Ints& first, const Floats2& part, const Ints& highest, Floats2& sum, Ints& rest) {
-    for (int k = 0; k < kBatch; ++k) {
         const bool used = first[k] >= 0;
-        sum.x[k] += used ? part.x[k] : 0.0f;
-        sum.y[k] += used ? part.y[k] : 0.0f;
-        const bool hole = used & (highest[k] == 0xFFFF);
-        rest[k] |= ((first[k] == kAcrossTiles) | hole) ? 1 : 0;
+        gradient.x[k] += used ? sum.dzdi * scale[k] : 0.0f;
+        gradient.y[k] += used ? sum.dzdj * scale[k] : 0.0f;
+        rest[k] |= first[k] == kAcrossTiles ? 1 : 0;
     }
 }
 
@@ -243,11 +242,11 @@ void FilteredGradient::at(const Places& places, const Floats& footprint, Floats2
                patches.v, patches.scale);
         fetch(mip, step, patches);
         if (cut_.format == 0)
-            weighCodes(patches.codes, patches.u, patches.v, patches.scale, patches.zStep,
-                       patches.gradient, patches.highest);
+            weighCodes(patches.codes, patches.first, patches.u, patches.v, patches.scale,
+                       patches.zStep, sum, rest);
         else
-            weighHeights(patches.heights, patches.u, patches.v, patches.scale, patches.gradient);
-        addUp(patches.first, patches.gradient, patches.highest, sum, rest);
+            weighHeights(patches.heights, patches.first, patches.u, patches.v, patches.scale, sum,
+                         rest);
     }
     if (!keepCertain(sum, rest, gradient)) return;
     for (int k = 0; k < kBatch; ++k) {
