@@ -114,7 +114,8 @@ bool EmbreeScene::countBytes(void* self, ssize_t bytes, bool) {
 }
 
 Result<void> EmbreeScene::open(const EmbreeOptions& options) {
-    device_ = rtcNewDevice(fmt::format("threads={},hugepages=1", options.threads).c_str());
+    const std::string isa = options.isa.empty() ? "" : ",isa=" + options.isa;
+    device_ = rtcNewDevice(fmt::format("threads={},hugepages=1{}", options.threads, isa).c_str());
     if (device_ == nullptr)
         return makeError(ErrorCode::Resource, "Embree does not start (error {})",
                          static_cast<int>(rtcGetDeviceError(nullptr)));

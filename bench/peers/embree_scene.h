@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <string>
 
 #include "base/result.h"
 #include "math/types.h"
@@ -20,6 +21,7 @@ struct EmbreeOptions {
     EmbreeGeometry geometry = EmbreeGeometry::Triangles;
     int threads = 1;      ///< of the build
     bool robust = false;  ///< RTC_SCENE_FLAG_ROBUST; Embree's default is without
+    std::string isa;      ///< instructions at most, as Embree names them; empty: all
 };
 
 struct EmbreeFigures {

@@ -25,7 +25,7 @@ struct PeersOptions {
     int64_t size = 4096;
     double cell = 10;
     std::string format = "int16", target, camera, technique = "ray_cast", json, markdown;
-    std::string surface = "triangles";
+    std::string surface = "triangles", isa;
     int width = 1920, height = 1080, reps = 5;
     std::vector<int> threads;
     double tolerance = 0, triangleGiB = 6;
@@ -89,6 +89,7 @@ nlohmann::json Comparison::lineOf(const std::string& kind, const std::string& wh
             {"posts", static_cast<int64_t>(posts_)},
             {"surface", options_.surface},
             {"target", activeSimdTarget()},
+            {"isa", options_.isa},
             {"embree", RTC_VERSION_STRING}};
 }
 
@@ -123,7 +124,7 @@ Result<std::unique_ptr<EmbreeScene>> Comparison::buildEmbree(EmbreeGeometry geom
     std::unique_ptr<EmbreeScene> scene;
     for (const int threads : threadCounts_) {
         scene.reset();
-        auto built = EmbreeScene::build(*scene_.terrain, {geometry, threads, options_.robust});
+        auto built = EmbreeScene::build(*scene_.terrain, {geometry, threads, options_.robust, options_.isa});
         if (!built) return built.error();
         scene = std::move(*built);
         nlohmann::json line = lineOf("build", who, threads);
@@ -288,9 +289,11 @@ Result<void> writeText(const std::string& path, const std::string& text) {
 }
 
 int runPeers(const PeersOptions& options) {
-    if (!setSimdTarget(options.target))
-        return report(makeError(ErrorCode::Usage, "--target {}: this machine has {}",
-                                options.target, fmt::join(simdTargets(), ", ")));
+    // What Embree calls it, and Highway.
+    const std::string target = options.isa == "avx2" ? "AVX2" : options.target;
+    if (!setSimdTarget(target))
+        return report(makeError(ErrorCode::Usage, "SIMD target {}: this machine has {}", target,
+                                fmt::join(simdTargets(), ", ")));
     auto technique = makeTechnique(options.technique);
     if (!technique) return report(technique.error());
     auto scene = loadScene(options.source.empty() ? syntheticName("fractal", options.size,
@@ -341,7 +344,12 @@ void addPeers(CLI::App& program, Job& job) {
     command->add_option("--height", options->height)
         ->check(CLI::Range(1, 100000))
         ->capture_default_str();
-    command->add_option("--target", options->target, "SIMD target of Terray (default: the best)");
+    command
+        ->add_option("--isa", options->isa,
+                     "instructions that both are held to (default: each has the machine's best)")
+        ->check(CLI::IsMember({"avx2"}));
+    command->add_option("--target", options->target, "SIMD target of Terray (default: the best)")
+        ->excludes("--isa");
     command->add_option("--camera", options->camera, "one camera only")
         ->check(CLI::IsMember({"low50", "mid500", "high3000", "down5000", "valley", "mountain",
                                "rolled", "outside"}));
