@@ -124,7 +124,8 @@ Result<std::unique_ptr<EmbreeScene>> Comparison::buildEmbree(EmbreeGeometry geom
     std::unique_ptr<EmbreeScene> scene;
     for (const int threads : threadCounts_) {
         scene.reset();
-        auto built = EmbreeScene::build(*scene_.terrain, {geometry, threads, options_.robust, options_.isa});
+        auto built =
+            EmbreeScene::build(*scene_.terrain, {geometry, threads, options_.robust, options_.isa});
         if (!built) return built.error();
         scene = std::move(*built);
         nlohmann::json line = lineOf("build", who, threads);

@@ -100,7 +100,7 @@ Result<void> addShading(const Terrain::State& state, const Sun& sun, Frame& fram
     settings.sun = sun;
     settings.crsWkt = state.resident->info().crsWkt;
     settings.shading = frame.options.shading.value_or(state.photo ? Shading::Photo : Shading::Ramp);
-    if (frame.options.samples == 1) settings.sunSweeps = state.sunSweeps;
+    settings.sunSweeps = state.sunSweeps;
     const Photo* photo = state.photo ? &*state.photo : nullptr;
     auto shader = Shader::make(*state.resident, frame.cut.cut(), frame.rays, photo, settings,
                                &state.shadeCache);

@@ -15,6 +15,7 @@
 #include "engine/open_store.h"
 #include "engine/terrain_state.h"
 #include "raster/dem.h"
+#include "shade/shade.h"
 
 namespace terray {
 namespace {
@@ -34,6 +35,7 @@ Result<void> loadPhotoOf(Terrain::State& state, const OpenOptions& options, uint
 /// What is the same for a DEM and a store once its tiles are resident.
 Result<void> finish(Terrain::State& state, const std::string& source, const OpenOptions& options,
                     uint64_t photoBytes) {
+    state.sunSweeps = std::make_shared<SunSweepCache>(mostSunSweepBytes(*state.resident));
     state.ground = std::make_unique<FinestGround>(*state.resident);
     describeLattice(state.resident->info(), state.facts);
     state.facts.hasRange = true;

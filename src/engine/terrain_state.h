@@ -35,7 +35,7 @@ struct Terrain::State {
     int threads = 0;                ///< cores that work uses
     mutable ShadeCache shadeCache;  ///< what pictures share
     /// Shadows of the last suns, for as long as the same tiles are drawn.
-    std::shared_ptr<SunSweepCache> sunSweeps = std::make_shared<SunSweepCache>(1);
+    std::shared_ptr<SunSweepCache> sunSweeps;
     mutable tbb::task_arena arena;  ///< all parallel work of this terrain runs in here
 
     /// Maps between the data's CRS, degrees and world; one for each caller (confined).

@@ -24,12 +24,14 @@ Rgb laneOf(const FloatsRgb& colours, int k) { return {colours.r[k], colours.g[k]
 struct LightParts {
     Rgb always, sun;
 };
-[[gnu::always_inline]] inline LightParts lightAt(const rules::Light& light, float facing, float openSky, float up) {
+[[gnu::always_inline]] inline LightParts lightAt(const rules::Light& light, float facing,
+                                                 float openSky, float up) {
     return {rules::shadeLight(light, rules::openShare(openSky, up)),
             light.sun * rules::sunShare(facing, openSky)};
 }
 
-[[gnu::always_inline]] inline Rgb steepen(const Rgb& colour, const Rgb& grey, float rock, float x, float y) {
+[[gnu::always_inline]] inline Rgb steepen(const Rgb& colour, const Rgb& grey, float rock, float x,
+                                          float y) {
     const float steep = rock * rules::smoothStep(0.55f, 1.30f, std::sqrt(x * x + y * y));
     return glm::mix(colour, grey, steep);
 }
@@ -50,8 +52,9 @@ TERRAY_SIMD_CLONES
 void steepenBatch(const Rgb& grey, const Floats& rock, const GroundBatch& ground,
                   FloatsRgb& colour) {
     for (int k = 0; k < kBatch; ++k) {
-        setLane(colour, k, steepen(laneOf(colour, k), grey, rock[k], ground.gradient.x[k],
-                                   ground.gradient.y[k]));
+        setLane(
+            colour, k,
+            steepen(laneOf(colour, k), grey, rock[k], ground.gradient.x[k], ground.gradient.y[k]));
     }
 }
 
@@ -93,8 +96,8 @@ void rampedBatch(const RampedLight& in, const Floats& facing, const Floats& open
 #endif
     for (int k = 0; k < kBatch; ++k) {
         const LightParts parts = lightAt(c.light, facing[k], openSky[k], ground.normal.z[k]);
-        const Rgb albedo = steepen(laneOf(colour, k), c.grey, rock[k], ground.gradient.x[k],
-                                   ground.gradient.y[k]);
+        const Rgb albedo =
+            steepen(laneOf(colour, k), c.grey, rock[k], ground.gradient.x[k], ground.gradient.y[k]);
         const float clear = rules::clearness(c.air, ground.distance[k]);
         setLane(lit.always, k, albedo * parts.always * clear + rules::hazeLight(c.air, clear));
         setLane(lit.sun, k, albedo * parts.sun * clear);

@@ -30,12 +30,16 @@ struct Sun {
     bool belowHorizon = false;
 };
 
+/// Memory that the sun sweeps of a terrain may take: half of its own.
+uint64_t mostSunSweepBytes(const ResidentTerrain& terrain);
+
 struct ShadeSettings {
     Shading shading = Shading::Ramp;
     RenderOptions options;  ///< look options as given
     Sun sun;
     std::string crsWkt;  ///< for nothing but legend text
-    /// Kept by who draws several frames, so that a sun is swept once; null: the shader's own.
+    /// Kept by who draws several frames, so that a sun is swept once; null: the shader's own. Of
+    /// mostSunSweepBytes, so that the sweeps of all samples fit.
     std::shared_ptr<SunSweepCache> sunSweeps;
 };
 

@@ -37,19 +37,22 @@ bool needsFeet(const ShadeSettings& settings) {
 bool sweepPays(const ResidentTerrain& terrain, const TerrainCut& cut, const Camera& camera,
                const ShadeSettings& settings) {
     constexpr double kCellsPerPixel = 12;
-    constexpr double kMostShare = 0.5;  // of the terrain's own memory, for all sweeps of a frame
     if (!settings.options.shadows || settings.sun.belowHorizon) return false;
-    const auto tiles = static_cast<double>(drawnSlots(cut).size());
+    const size_t tiles = drawnSlots(cut).size();
     const double pixels = static_cast<double>(camera.width) * camera.height;
-    return tiles * kSlotCells * kSlotCells <= kCellsPerPixel * pixels &&
-           tiles * kSweepEntries * 4 * settings.options.samples <=
-               kMostShare * static_cast<double>(ResidentTerrain::requiredBytes(terrain.info()));
+    const auto samples = static_cast<uint64_t>(std::max(settings.options.samples, 1));
+    return static_cast<double>(tiles) * kSlotCells * kSlotCells <= kCellsPerPixel * pixels &&
+           SunSweep::bytesFor(tiles) * samples <= mostSunSweepBytes(terrain);
 }
 
 }  // namespace
 
 float shadeSampleShare(int samples) {
     return std::min(1.0f, 1.25f / std::sqrt(static_cast<float>(std::max(samples, 1))));
+}
+
+uint64_t mostSunSweepBytes(const ResidentTerrain& terrain) {
+    return terrain.residentBytes() / (terrain.streamer() == nullptr ? 2 : 4);
 }
 
 Result<std::unique_ptr<Shader>> Shader::make(const ResidentTerrain& terrain, const TerrainCut& cut,
@@ -87,12 +90,10 @@ DeferredShader::DeferredShader(const ResidentTerrain& terrain, const TerrainCut&
 
 Result<void> DeferredShader::prepare(ShadeCache& cache) {
     if (!isLit(settings_.shading)) return {};
-    if (sweepPays(terrain_, cut_, rays_.camera(), settings_)) {
-        const auto samples = static_cast<size_t>(std::max(settings_.options.samples, 1));
-        sunSweeps_ =
-            settings_.sunSweeps ? settings_.sunSweeps : std::make_shared<SunSweepCache>(samples);
-    }
     const TerrainInfo& info = terrain_.info();
+    if (sweepPays(terrain_, cut_, rays_.camera(), settings_))
+        sunSweeps_ = settings_.sunSweeps ? settings_.sunSweeps
+                                         : std::make_shared<SunSweepCache>(mostSunSweepBytes(terrain_));
     std::optional<Overview> overview;
     const bool voids = cut_.hasHoles != 0 && background_.kind == Background::Kind::Sky;
     if (settings_.options.base || voids)

@@ -247,7 +247,7 @@ TEST(Shader, SweptShadowsAreCastShadows) {
     ShadeScene scene(source, cameraOver(source, 256, 192), 1.3, 6.8e-8);
     scene.settings.shading = Shading::Light;
     scene.settings.options.samples = 2;
-    scene.settings.sunSweeps = std::make_shared<SunSweepCache>(2);
+    scene.settings.sunSweeps = std::make_shared<SunSweepCache>(2 * SunSweep::bytesFor(1));
     const SunRays sunRays(scene.settings.sun, scene.rays);
     const auto withShadows = scene.shader();
     scene.settings.options.shadows = false;

@@ -137,6 +137,11 @@ Result<std::unique_ptr<ResidentTerrain>> ResidentTerrain::stream(std::unique_ptr
     return terrain;
 }
 
+uint64_t ResidentTerrain::residentBytes() const {
+    return static_cast<uint64_t>(
+        poolSizes(info_, static_cast<double>(pool_->tiles.size())).total());
+}
+
 int ResidentTerrain::mipCount() const { return pool_->mips; }
 
 uint32_t ResidentTerrain::slotOf(TileId id) const { return pool_->slotOf(id); }

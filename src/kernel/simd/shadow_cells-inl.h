@@ -56,16 +56,16 @@ HWY_INLINE CodeRow gatherRow(const int32_t* posts, VI bytes) {
     const hn::RepartitionToWide<DI> wide;
     const hn::Half<DI> half;
     const auto* pairs = reinterpret_cast<const int64_t*>(posts);
-    const auto lower = hn::GatherOffset(wide, pairs, hn::PromoteTo(wide, hn::LowerHalf(half, bytes)));
-    const auto upper = hn::GatherOffset(wide, pairs, hn::PromoteTo(wide, hn::UpperHalf(half, bytes)));
+    const auto lower =
+        hn::GatherOffset(wide, pairs, hn::PromoteTo(wide, hn::LowerHalf(half, bytes)));
+    const auto upper =
+        hn::GatherOffset(wide, pairs, hn::PromoteTo(wide, hn::UpperHalf(half, bytes)));
     const VI x = hn::BitCast(DI(), lower), y = hn::BitCast(DI(), upper);
     return {hn::ConcatEven(DI(), y, x), hn::ConcatOdd(DI(), y, x)};
 #endif
 }
 
-HWY_INLINE VI highHalf(VI v) {
-    return hn::BitCast(DI(), hn::ShiftRight<16>(hn::BitCast(DU(), v)));
-}
+HWY_INLINE VI highHalf(VI v) { return hn::BitCast(DI(), hn::ShiftRight<16>(hn::BitCast(DU(), v))); }
 HWY_INLINE VI lowHalf(VI v) { return hn::And(v, setI(0xFFFF)); }
 
 /// The six codes, as SunPosts has them.
@@ -231,7 +231,7 @@ HWY_INLINE SunVerdict passPiece(VF from, VF to, VF bends, VF error) {
     const VF turn = hn::NegMulAdd(difference * difference, perWide, middle);
     const MF turns = bends * four > hn::Abs(difference);
     const VF least = hn::IfThenElse(turns, turn, hn::Min(from, to));
-    return {least < hn::Neg(error), least > error};
+    return {least<hn::Neg(error), least> error};
 }
 
 }  // namespace terray::simd::HWY_NAMESPACE

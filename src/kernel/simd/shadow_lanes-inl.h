@@ -99,6 +99,12 @@ HWY_INLINE SunAhead lookAhead(const SunLanes& s, SunPacket& r, MI lanes, MI gain
     return {noLanes(), lit};
 }
 
+/// How far a ray's clearance over a cell bends below the chord of its ends.
+HWY_INLINE VF bendsBelow(const SunLanes& s, const SunCell& c, VF length) {
+    const VF second = hn::NegMulAdd(c.twist, setF(s.shear), setF(s.bend));
+    return hn::Max(second, hn::Zero(DF())) * (length * length) * setF(0.25f);
+}
+
 /// What a step makes of the lanes of a packet: those that are in none of these are lit.
 struct SunStep {
     MI dark, undecided, goesOn, ahead, aside;
@@ -143,17 +149,13 @@ HWY_INLINE SunStep stepShadows(const SunLanes& s, SunPacket& r, MI active) {
         if (hn::AllFalse(DI(), lanes)) return {ahead.dark, lanes, lanes, lanes, lanes};
     }
     const VF one = setF(1.0f), zero = hn::Zero(DF()), shear = setF(s.shear), bend = setF(s.bend);
-    const SunPosts p = loadPosts<kInt16>(s, hn::IfThenElseZero(lanes, r.column),
-                                         hn::IfThenElseZero(lanes, r.row));
+    const SunPosts p =
+        loadPosts<kInt16>(s, hn::IfThenElseZero(lanes, r.column), hn::IfThenElseZero(lanes, r.row));
     const SunExit exit = exitOf(s, r);
     const VF error = errorAfter(s, r.dz, r.way + one);
     const auto heightAfter = [&](VF v) {
         const VF way = r.way + v;
         return hn::MulAdd(way, hn::MulAdd(bend, way, r.dz), r.z);
-    };
-    const auto bends = [&](const SunCell& c, VF length) {
-        const VF second = hn::Max(hn::NegMulAdd(c.twist, shear, bend), zero);
-        return second * (length * length) * setF(0.25f);
     };
 
     // To the border that is nearer.
@@ -166,7 +168,8 @@ HWY_INLINE SunStep stepShadows(const SunLanes& s, SunPacket& r, MI active) {
     if constexpr (kAtHits)
         verdict = leaveHit(s, c, r.u, r.v, r.dz, bend, exit.length, error);
     else
-        verdict = passPiece(heightAfter(r.v) - c.at(r.u, r.v), clear1, bends(c, exit.length), error);
+        verdict = passPiece(heightAfter(r.v) - c.at(r.u, r.v), clear1,
+                            bendsBelow(s, c, exit.length), error);
     const MI outside = hn::Or(r.column > setI(s.lastColumn), r.row > setI(s.lastRow));
     const MI known = hn::AndNot(hn::Or(p.hole, outside), lanes);
     MI dark = hn::And(known, maskI(verdict.dark)), passes = hn::And(known, maskI(verdict.passes));
@@ -177,7 +180,7 @@ HWY_INLINE SunStep stepShadows(const SunLanes& s, SunPacket& r, MI active) {
     const SunCell d = cellOf(p.a1, p.a2, p.b1, p.b2);
     const VF rest = one - v1, besideU = shear * rest;
     const VF clear2 = heightAfter(one) - d.at(besideU, one);
-    const SunVerdict second = passPiece(clear1, clear2, bends(d, rest), error);
+    const SunVerdict second = passPiece(clear1, clear2, bendsBelow(s, d, rest), error);
     const MI open = hn::And(beside, passes), knownBeside = hn::AndNot(p.holeBeside, open);
     dark = hn::Or(dark, hn::And(knownBeside, maskI(second.dark)));
     passes = hn::Or(hn::AndNot(beside, passes), hn::And(knownBeside, maskI(second.passes)));
@@ -294,7 +297,8 @@ uint64_t leaveAll(const SunLanes& s, bool all, ShadowBlock& hits, ShadowBlock& b
         appendSome(r, step.ahead, leaving.ahead);
         appendSome(r, step.aside, leaving.aside);
     }
-    if (end < count && end > 0) append(loadPacket(hits, end), hn::FirstN(DI(), count - end), hits, 0);
+    if (end < count && end > 0)
+        append(loadPacket(hits, end), hn::FirstN(DI(), count - end), hits, 0);
     hits.count = static_cast<int>(count - std::min(end, count));
     return std::min(end, count);
 }

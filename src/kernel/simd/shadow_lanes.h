@@ -61,8 +61,8 @@ struct ShadowLeaving {
 };
 
 /// Asks the bounds for those of a batch whose hits lie in tile `slot`: verdicts of those that this
-/// decides, by number (the batch's first is `first`); the others are added to `hits`, which has room
-/// for kSunAsks. Returns how many there were.
+/// decides, by number (the batch's first is `first`); the others are added to `hits`, which has
+/// room for kSunAsks. Returns how many there were.
 int startShadows(const TerrainCut& cut, const SunSweep& sweep, uint32_t slot, const SunAsks& asks,
                  int first, ShadowBlock& hits, uint8_t* verdicts);
 

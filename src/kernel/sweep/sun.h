@@ -78,13 +78,14 @@ public:
     bool fits(const TerrainCut& cut, const SunDirection& sun) const;
 
     const SunDirection& sun() const { return sun_; }
-    uint64_t bytes() const { return uint64_t{4} * kSweepEntries * drawn_.size(); }
+    uint64_t bytes() const { return bytesFor(drawn_.size()); }
+    static uint64_t bytesFor(size_t tiles) { return uint64_t{4} * kSweepEntries * tiles; }
 
     /// Bounds of the shadow height for rays in the strip that crosses row `row` (a multiple of
     /// kSweepStep, 2..512, in the sun's axes) of a drawn tile at `column` (0..512). `free`: where
-    /// they cross row - kSweepStep; who is higher there, and above the ground from some place before
-    /// `row` on, meets nothing from there on. `caught`: where they cross `row`; who is lower, and
-    /// was above the ground up to here, meets the ground. For tests.
+    /// they cross row - kSweepStep; who is higher there, and above the ground from some place
+    /// before `row` on, meets nothing from there on. `caught`: where they cross `row`; who is
+    /// lower, and was above the ground up to here, meets the ground. For tests.
     struct Bounds {
         double free, caught;
     };

@@ -5,6 +5,7 @@
 #include <oneapi/tbb/collaborative_call_once.h>
 
 #include <algorithm>
+#include <iterator>
 
 namespace terray {
 
@@ -35,6 +36,8 @@ struct SunSweepCache::Entry {
     std::vector<DrawnTile> drawn;
     oneapi::tbb::collaborative_once_flag once;
     std::shared_ptr<const SunSweep> sweep;
+
+    uint64_t bytes() const { return SunSweep::bytesFor(drawn.size()); }
 };
 
 std::shared_ptr<SunSweepCache::Entry> SunSweepCache::entryFor(const TerrainCut& cut,
@@ -56,7 +59,11 @@ std::shared_ptr<SunSweepCache::Entry> SunSweepCache::entryFor(const TerrainCut& 
     entry->surface = surface;
     entry->drawn = std::move(drawn);
     entries_.push_front(entry);
-    if (entries_.size() > most_) entries_.pop_back();
+    uint64_t bytes = entry->bytes();
+    const auto rest =
+        std::find_if(std::next(entries_.begin()), entries_.end(),
+                     [&](const auto& kept) { return (bytes += kept->bytes()) > mostBytes_; });
+    entries_.erase(rest, entries_.end());
     return entry;
 }
 

@@ -2,7 +2,7 @@
 // Sun sweeps kept from tile to tile and from frame to frame, made when first asked for.
 #pragma once
 
-#include <cstddef>
+#include <cstdint>
 #include <list>
 #include <memory>
 #include <mutex>
@@ -11,10 +11,10 @@
 
 namespace terray {
 
-/// Keeps the sweeps that were asked for last. synchronised.
+/// Keeps the sweeps that were asked for last, as many as fit, but always one. synchronised.
 class SunSweepCache {
 public:
-    explicit SunSweepCache(size_t most) : most_(most) {}
+    explicit SunSweepCache(uint64_t mostBytes) : mostBytes_(mostBytes) {}
 
     /// The sweep of a cut for a sun; null where SunSweep::make gives none. Made once, by all
     /// threads that wait for it together.
@@ -24,7 +24,7 @@ private:
     struct Entry;
     std::shared_ptr<Entry> entryFor(const TerrainCut& cut, const SunDirection& sun);
 
-    size_t most_;
+    uint64_t mostBytes_;
     std::mutex mutex_;
     std::list<std::shared_ptr<Entry>> entries_;  ///< the last used first
 };

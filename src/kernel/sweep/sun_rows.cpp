@@ -70,8 +70,8 @@ void boundRow(const SunRow& row) {
         const float rightAhead = ahead1[k] + (ahead1[k + 1] - ahead1[k]) * atRightAhead;
         const float low = lesser(lesser(left, right), lesser(l1, r0));
         const float near = greater(left + twist[k], greater(right + twist1[k], -kInfinity));
-        const float far = greater(leftAhead + twistAhead[k],
-                                  greater(rightAhead + twistAhead1[k], -kInfinity));
+        const float far =
+            greater(leftAhead + twistAhead[k], greater(rightAhead + twistAhead1[k], -kInfinity));
         const float band = greater(greater(edges[k + e0], edges[k + e1]), edges[k + e2]);
         const float beyond = greater(far, free[k]) - (sinks - slack);
         free[k] = greater(greater(near, band), beyond);

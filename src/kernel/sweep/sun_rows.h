@@ -15,8 +15,8 @@ void decodePosts(const float* posts, int count, float step, float base, float* h
 struct SunRow {
     const float* here;   ///< posts of row r; NaN in holes
     const float* ahead;  ///< posts of row r + 1, likewise
-    const float* edges;  ///< per column: what a ray must clear on the edge between rows r and r + 1,
-                         ///< less what it has risen there at least; -infinity between cells that
+    const float* edges;  ///< per column: what a ray must clear on the edge between rows r and r +
+                         ///< 1, less what it has risen there at least; -infinity between cells that
                          ///< face the sun
     const float* twist;  ///< per cell: how far a ray's profile may rise above its ends; -infinity
                          ///< where the cell faces the sun
@@ -57,6 +57,5 @@ bool prepareBand(const float* here, const float* ahead, int count, const SunBand
                  float* edges, float* twist);
 /// Per column -infinity where either post is missing, else 0.
 void markHoles(const float* a, const float* b, int count, float* holes);
-
 
 }  // namespace terray

@@ -218,8 +218,8 @@ void expectFree(const TerrainCut& cut, const SunSweep& sweep, uint32_t slot, int
     const double truth = shadowHeight(cut, sun, i, j);
     if (cell.slot == kNoSlot || std::isinf(truth)) return;
     const double t = std::hypot(i - i0, j - j0) / std::hypot(sun.dx, sun.dy);
-    const double free = sweep.boundsAt(slot, row, column).free +
-                        t * (sun.slopeAt(i0, j0) + sun.bend * t);
+    const double free =
+        sweep.boundsAt(slot, row, column).free + t * (sun.slopeAt(i0, j0) + sun.bend * t);
     EXPECT_GE(std::max(free, cell.height(kSurfaceBilinear)), truth - error) << i << ", " << j;
 }
 
@@ -290,7 +290,7 @@ TEST(SunSweep, DoesNotDependOnThreads) {
 TEST(SunSweep, CacheMakesASweepOnceAndDropsTheOldest) {
     const TestCut owner(test::roughTerrain(300, 300, 60, 17));
     const TestCut other(test::roughTerrain(300, 300, 60, 18));
-    SunSweepCache cache(2);
+    SunSweepCache cache(2 * SunSweep::bytesFor(1));
     const SunDirection a = sunAt(30, 20, 1, 0), b = sunAt(31, 20, 1, 0);
     const auto first = cache.get(owner.cut(), a);
     ASSERT_TRUE(first);
@@ -304,6 +304,11 @@ TEST(SunSweep, CacheMakesASweepOnceAndDropsTheOldest) {
     EXPECT_EQ(cache.get(owner.cut(), a), first);
     EXPECT_NE(cache.get(other.cut(), a), elsewhere);
     EXPECT_FALSE(cache.get(owner.cut(), sunAt(30, 90, 1, 0)));
+    SunSweepCache tight(1);  // too small for any
+    const auto only = tight.get(owner.cut(), a);
+    EXPECT_EQ(tight.get(owner.cut(), a), only);
+    EXPECT_NE(tight.get(owner.cut(), b), only);
+    EXPECT_NE(tight.get(owner.cut(), a), only);
 }
 
 TEST(SunSweep, LeavesToCastingWhatItCannotServe) {

@@ -291,8 +291,8 @@ void TileSweep::run() {
     std::copy_n(posts_.row(top), kRowLength, before_.data());
     for (int row = top - 1; row >= tile_.firstRow; --row) {
         const float* here = posts_.row(row);
-        anyHoles_ = prepareBand(here, before_.data(), kRowPosts, bandAt(row), edges_.data(),
-                                twist_.data());
+        anyHoles_ =
+            prepareBand(here, before_.data(), kRowPosts, bandAt(row), edges_.data(), twist_.data());
         if (anyHoles_) markHoles(here, before_.data(), kRowPosts, holes_.data());
         admitSide(row);
         publishSide(row, here);
