@@ -149,8 +149,8 @@ HWY_INLINE SunStep stepShadows(const SunLanes& s, SunPacket& r, MI active) {
         if (hn::AllFalse(DI(), lanes)) return {ahead.dark, lanes, lanes, lanes, lanes};
     }
     const VF one = setF(1.0f), zero = hn::Zero(DF()), shear = setF(s.shear), bend = setF(s.bend);
-    const SunPosts p =
-        loadPosts<kInt16>(s, hn::IfThenElseZero(lanes, r.column), hn::IfThenElseZero(lanes, r.row));
+    const SunPosts p = loadPosts<kInt16>(s, hn::IfThenElseZero(active, r.column),
+                                         hn::IfThenElseZero(active, r.row));
     const SunExit exit = exitOf(s, r);
     const VF error = errorAfter(s, r.dz, r.way + one);
     const auto heightAfter = [&](VF v) {
