@@ -30,7 +30,8 @@ struct Sun {
     bool belowHorizon = false;
 };
 
-/// Memory that the sun sweeps of a terrain may take: half of its own.
+/// Memory that the sun sweeps of a terrain may take: half of its own, a quarter where tiles come
+/// and go.
 uint64_t mostSunSweepBytes(const ResidentTerrain& terrain);
 
 struct ShadeSettings {
