@@ -25,6 +25,7 @@ constexpr const char* kBakeFooter =
     "  terray bake dem.tif -o exact.terray --max-error 0\n"
     "  terray bake N37W112.hgt N37W111.hgt -o utah.terray\n"
     "  terray bake dem.tif -o alps.terray --export-cog alps.tif\n"
+    "  terray bake dem.tif --photo air.tif -o alps.terray\n"
     "  terray render alps.terray -o picture.png";
 constexpr const char* kVerifyFooter =
     "Exit code 1 if anything is damaged.\n\n"
@@ -44,14 +45,17 @@ std::string errorText(double maxError) {
 
 void runBake(BakeFlags& flags) {
     setQuiet(flags.source.quiet);
-    for (const std::string& source : flags.sources) checkNotInput("--output", flags.out, {source});
+    std::vector<std::string> inputs = flags.sources;
+    if (!flags.source.open.photo.empty()) inputs.push_back(flags.source.open.photo);
+    checkNotInput("--output", flags.out, inputs);
     if (!flags.bake.exportCog.empty()) {
-        checkNotInput("--export-cog", flags.bake.exportCog, flags.sources);
+        checkNotInput("--export-cog", flags.bake.exportCog, inputs);
         checkWritable("--export-cog", flags.bake.exportCog);
     }
     flags.bake.open = flags.source.open;
     const BakeReport report = valueOf(bake(flags.sources, flags.out, flags.bake));
     for (const std::string& note : report.notes) writeNote(note);
+    if (!report.photo.empty()) writeNote("photo " + report.photo);
     if (report.wasDone) {
         writeNote(flags.bake.resume
                       ? fmt::format("'{}' is whole: nothing to do", flags.out)
@@ -101,6 +105,7 @@ void addBake(CLI::App& program) {
     command->add_option("-o,--output", flags->out, "the store to make, NAME.terray")
         ->type_name("STORE")
         ->required();
+    flags->source.addPhotoTo(*command);
     addText(
         *command, "Store", "--max-error", "M",
         "metres that a stored height may be off; 0: none (default: a quarter of a step of whole "
@@ -108,6 +113,13 @@ void addBake(CLI::App& program) {
         [flags](const std::string& text) {
             flags->bake.maxError = parseNumber("--max-error", text);
         });
+    addText(*command, "Photo", "--photo-quality", "Q",
+            "of its JPEG, 1 to 100 (default 90), or lossless",
+            [flags](const std::string& text) {
+                flags->bake.photoQuality =
+                    text == "lossless" ? 0 : parseInteger("--photo-quality", text);
+            })
+        ->needs(command->get_option("--photo"));
     addText(*command, "Store", "--export-cog", "FILE.tif",
             "write the heights as one Cloud Optimized GeoTIFF, too",
             [flags](const std::string& text) { flags->bake.exportCog = text; });

@@ -81,8 +81,8 @@ void LookOptions::addTo(CLI::App& command) {
             "light on photos, 0 to 100 (default 50)",
             [this](const std::string& text) {
                 render.reliefOnPhotoPercent = parseNumber("--relief-on-photo", text);
-            })
-        ->needs(command.get_option("--photo"));
+                needsPhoto = "--relief-on-photo";
+            });
     addLight(command, render);
     addDecoration(command, render);
     addSurface(command, render);
@@ -93,6 +93,12 @@ void LookOptions::addTo(CLI::App& command) {
             [this](const std::string& text) { render.device = text; });
     addText(command, kTechnique, "--samples", "N", "rays a pixel: 1, 2, 4 (default), 8 or 16",
             [this](const std::string& text) { render.samples = parseInteger("--samples", text); });
+}
+
+void LookOptions::checkPhoto(const SourceInfo& info) const {
+    if (!needsPhoto.empty() && info.photo.empty()) {
+        failUsage(needsPhoto + " needs a photo: give --photo, or a store that has one");
+    }
 }
 
 }  // namespace terray::cli

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "terray/options.h"
+#include "terray/terrain.h"
 #include "terray/view.h"
 
 namespace terray::cli {
@@ -51,8 +52,11 @@ struct ViewOptions {
 /// Look, surface, technique.
 struct LookOptions {
     RenderOptions render;
+    std::string needsPhoto;  ///< the option given that is worth nothing without a photo
 
     void addTo(CLI::App& command);
+    /// Fails if an option needs a photo and the opened terrain has none.
+    void checkPhoto(const SourceInfo& info) const;
 };
 
 /// What is written, and where.

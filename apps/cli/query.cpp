@@ -111,7 +111,9 @@ void runQuery(const QueryFlags& flags, const std::vector<Column>& columns, Answe
     const std::vector<Record> records = readRecords(flags.arguments, flags.file, columns);
     checkNotInput("--output", flags.outputPath, {flags.source.source, flags.file});
     if (!flags.outputPath.empty()) checkWritable("--output", flags.outputPath);
-    const Terrain terrain = valueOf(Terrain::open(flags.source.source, flags.source.open));
+    OpenOptions open = flags.source.open;
+    open.storedPhoto = false;  // numbers need none
+    const Terrain terrain = valueOf(Terrain::open(flags.source.source, open));
     sayAssumptions(terrain.info());
     const Answers answers = answer(terrain, flags.query, records);
     const std::string text = flags.json ? answersJson(answers) : answersCsv(answers);

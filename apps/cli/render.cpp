@@ -93,6 +93,7 @@ void runRender(RenderFlags& flags) {
     if (!statsPath.empty()) checkWritable("--stats", statsPath);
 
     const Terrain terrain = valueOf(Terrain::open(flags.source.source, flags.source.open));
+    flags.look.checkPhoto(terrain.info());
     sayFacts(terrain.info(), flags.look.render);
     const RenderStats stats = valueOf(renderToFiles(terrain, view, flags.look.render, outputs));
     if (!statsPath.empty()) {

@@ -15,10 +15,11 @@
 namespace terray {
 
 struct BakeOptions {
-    OpenOptions open;  ///< what the sources do not say; memoryBytes 0: 1 GiB; no photo
+    OpenOptions open;  ///< what the sources do not say, and a photo; memoryBytes 0: 1 GiB
     /// Metres by which a stored height may differ from the source's; 0: none do. Default: a quarter
     /// of a step for whole numbers (those of mip 0 stay exact), else 1 cm.
     std::optional<double> maxError;
+    int photoQuality = 90;  ///< of the photo's JPEG, 1 to 100; 0: without loss
     std::string exportCog;  ///< path of a COG to write besides; empty: none
     bool resume = false;    ///< check a finished store and make what is damaged in it again
 };
@@ -30,6 +31,7 @@ struct BakeReport {
     int64_t columns = 0, rows = 0;  ///< posts of mip 0
     int mips = 0;
     double maxError = 0;
+    std::string photo;               ///< one line about it, if there is one
     std::vector<std::string> notes;  ///< what was assumed of the sources, one sentence each
     double seconds = 0;
 };

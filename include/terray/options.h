@@ -24,6 +24,7 @@ struct OpenOptions {
     std::string photo;            ///< raster to drape; empty: none
     std::vector<int> photoBands;  ///< 1 or 3 band numbers; empty: by colour interpretation
     std::optional<std::array<double, 2>> photoStretch;  ///< percentiles, e.g. 2, 98
+    bool storedPhoto = true;   ///< load the photo of a store, if it has one and none is given
     uint64_t memoryBytes = 0;  ///< 0: the smaller of 2 GiB and half of the RAM
     int threads = 0;           ///< 0: all cores
 };

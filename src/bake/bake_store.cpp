@@ -63,7 +63,10 @@ bool hasAll(const WorkFolder& folder, int mips, std::string (*pathOf)(int)) {
 
 /// Sources may not change while they are read: their posts would not belong together.
 Result<void> checkSources(const BakePlan& plan) {
-    for (const StoreSource& source : plan.manifest.sources) {
+    std::vector<StoreSource> sources = plan.manifest.sources;
+    const std::vector<StoreSource>& photos = plan.manifest.photoSources;
+    sources.insert(sources.end(), photos.begin(), photos.end());
+    for (const StoreSource& source : sources) {
         const auto now = stateOf(source.name);
         if (!now) return now.error();
         if (*now == source) continue;
@@ -89,9 +92,11 @@ Result<void> makeStore(const BakePlan& plan, WorkFolder& folder,
                        const std::optional<StoreManifest>& repaired) {
     const TilingScheme& scheme = plan.info().scheme;
     BlockCache cache(plan.info(), plan.memoryBytes / kCacheShare);
-    Progress progress("Baking", 2 * blocksOfAll(scheme));
+    const std::optional<PhotoLayer>& photo = plan.manifest.photo;
+    Progress progress("Baking", 2 * blocksOfAll(scheme) + (photo ? photoBlockCount(*photo) : 0));
     Workshop shop{plan, folder, cache, progress};
     TERRAY_TRY(makeHeights(shop));
+    TERRAY_TRY(makePhoto(shop));
     TERRAY_TRY(checkSources(plan));
     const int mips = scheme.mipCount();
     HeightTally tally;

@@ -152,6 +152,10 @@ Result<void> finishStore(Workshop& shop, const HeightTally& tally) {
     }
     StoreManifest manifest = shop.plan.manifest;
     manifest.files = storeFiles(info);
+    if (manifest.photo) {
+        const std::vector<std::string> more = photoFiles(*manifest.photo);
+        manifest.files.insert(manifest.files.end(), more.begin(), more.end());
+    }
     manifest.holes = tally.holes;
     if (tally.minZ <= tally.maxZ) {
         manifest.info.minZ = tally.minZ;

@@ -10,11 +10,13 @@
 #include "store/manifest.h"
 #include "store/shard_codec.h"
 #include "tile/height_source.h"
+#include "tile/photo_source.h"
 
 namespace terray {
 
 struct BakePlan {
     const HeightSource* source = nullptr;
+    const PhotoSource* photo = nullptr;  ///< manifest.photo tells its lattice
     StoreManifest manifest;  ///< info (but for minZ, maxZ), names, sources, notes; no files yet
     HeightCodec codec;
     uint64_t memoryBytes = 0;

@@ -33,6 +33,12 @@ Result<void> finishShard(Workshop& shop, ShardId shard, const uint16_t* codes, i
 /// rows become known. Finished files are left as they are.
 Result<void> makeHeights(Workshop& shop);
 
+/// Makes the photo's files and VRTs, if there is one.
+Result<void> makePhoto(Workshop& shop);
+/// Its files, in the order of the manifest.
+std::vector<std::string> photoFiles(const PhotoLayer& layer);
+double photoBlockCount(const PhotoLayer& layer);
+
 /// Makes the files of the coarser mips as far as finer rows are there.
 class CoarseMaker {
 public:

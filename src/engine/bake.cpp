@@ -16,6 +16,7 @@
 #include "dataset/gdal_setup.h"
 #include "raster/dem.h"
 #include "raster/mosaic.h"
+#include "raster/photo_source.h"
 #include "store/store.h"
 #include "store/verify.h"
 
@@ -37,6 +38,35 @@ uint64_t workBytes(uint64_t asked, int threads) {
     const uint64_t budget = asked != 0 ? asked : kDefaultBytes;
     const uint64_t fixed = kGdalCacheBytes + static_cast<uint64_t>(threads) * kThreadBytes;
     return std::max(budget > fixed ? budget - fixed : 0, kLeastBytes);
+}
+
+/// A photo is wanted over the rectangle of a terrain's posts.
+PhotoPlace placeOf(const TerrainInfo& info, const std::string& dataCrsWkt) {
+    const auto right = static_cast<double>(info.scheme.columns - 1);
+    const auto bottom = static_cast<double>(info.scheme.rows - 1);
+    const Affine2& map = info.worldFromLattice;
+    PhotoPlace place{info.crsWkt, info.metresPerCrsUnit, map.origin, map.origin, 0, dataCrsWkt};
+    for (const LatticePoint corner : {LatticePoint{right, 0}, {0, bottom}, {right, bottom}}) {
+        const Vec2 world = map.worldFromLattice(corner);
+        place.worldMin = glm::min(place.worldMin, world);
+        place.worldMax = glm::max(place.worldMax, world);
+    }
+    return place;
+}
+
+/// Adds the photo to a plan; empty without one.
+Result<std::unique_ptr<PhotoSource>> addPhoto(const BakeOptions& options, BakePlan& plan) {
+    if (options.open.photo.empty()) return std::unique_ptr<PhotoSource>();
+    StoreManifest& m = plan.manifest;
+    auto photo = openPhotoSource(options.open.photo, options.open, placeOf(m.info, m.dataCrsWkt));
+    if (!photo) return photo.error();
+    plan.photo = photo->get();
+    m.photo = PhotoLayer{(*photo)->columns(), (*photo)->rows(), (*photo)->worldFromPixel(),
+                         options.photoQuality, (*photo)->description()};
+    auto state = stateOf(options.open.photo);
+    if (!state) return state.error();
+    m.photoSources.push_back(std::move(*state));
+    return photo;
 }
 
 Result<BakePlan> planOf(std::span<const std::string> sources, const Dem& dem,
@@ -69,6 +99,7 @@ Result<void> describeStore(const std::string& out, BakeReport& report) {
     report.rows = manifest.info.scheme.rows;
     report.mips = manifest.info.scheme.mipCount();
     report.maxError = manifest.maxError;
+    if (manifest.photo) report.photo = manifest.photo->description;
     report.notes = manifest.notes;
     report.files = manifest.files.size() + 2;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(out)) {
@@ -105,6 +136,8 @@ Result<BakeReport> bakeInArena(std::span<const std::string> sources, const std::
     }
     auto plan = planOf(sources, *dem, options, threads);
     if (!plan) return plan.error();
+    const auto photo = addPhoto(options, *plan);
+    if (!photo) return photo.error();
     auto outcome = bakeStore(*plan, out, options.resume);
     if (!outcome) {
         const Error& error = outcome.error();
@@ -131,6 +164,11 @@ Result<void> check(std::span<const std::string> sources, const std::string& out,
         return makeError(ErrorCode::Usage,
                          "--max-error: {} is not a distance; give 0 or more metres",
                          *options.maxError);
+    }
+    if (options.photoQuality < 0 || options.photoQuality > 100) {
+        return makeError(ErrorCode::Usage,
+                         "--photo-quality: {} is out of range; give 1 to 100, or lossless",
+                         options.photoQuality);
     }
     return {};
 }

@@ -66,6 +66,7 @@ SourceInfo describeStore(const Store& store) {
     facts.minHeight = isEmpty ? HUGE_VAL : static_cast<double>(info.minZ);
     facts.maxHeight = isEmpty ? -HUGE_VAL : static_cast<double>(info.maxZ);
     facts.workingCrsName = manifest.crsName;
+    if (manifest.photo) facts.photo = manifest.photo->description;
     for (const std::string& note : manifest.notes) facts.assumptions.push_back({note});
     if (manifest.maxError > 0) {
         facts.assumptions.push_back({fmt::format(

@@ -13,6 +13,7 @@
 #include "engine/describe.h"
 #include "engine/memory_rule.h"
 #include "engine/open_store.h"
+#include "engine/stored_photo.h"
 #include "engine/terrain_state.h"
 #include "raster/dem.h"
 #include "shade/shade.h"
@@ -47,34 +48,48 @@ Result<void> finish(Terrain::State& state, const std::string& source, const Open
     return loadPhotoOf(state, options, photoBytes);
 }
 
+/// The tiles of a store: all of them, or on demand. Bytes that are left to a photo.
+Result<uint64_t> makeResident(Terrain::State& state, std::unique_ptr<Store> store,
+                              const OpenOptions& options, uint64_t physical, bool hasPhoto) {
+    const uint64_t required = ResidentTerrain::requiredBytes(store->info());
+    if (fitsWhole(required, options.memoryBytes, physical)) {
+        auto plan = planMemory(store->path(), required, options.memoryBytes, physical);
+        if (!plan) return plan.error();
+        auto resident = ResidentTerrain::build(*store, plan->budget, state.build);
+        if (!resident) return resident.error();
+        state.resident = std::move(*resident);
+        return plan->photo;
+    }
+    const StreamPlan plan = planStreaming(hasPhoto, options.memoryBytes, physical);
+    const int kept = ShadeCache::overviewMip(store->info().scheme);
+    auto resident = ResidentTerrain::stream(std::move(store), kept, plan.tiles, state.build);
+    if (!resident) return resident.error();
+    state.resident = std::move(*resident);
+    return plan.photo;
+}
+
 Result<void> openStoreInto(Terrain::State& state, const std::string& source,
                            const OpenOptions& options, uint64_t physical) {
     const Stopwatch watch;
     auto store = openStore(source, options);
     if (!store) return store.error();
-    const uint64_t required = ResidentTerrain::requiredBytes((*store)->info());
     const double headerMs = watch.elapsedMs();
-    state.dataCrsWkt = (*store)->manifest().dataCrsWkt;
+    const StoreManifest manifest = (*store)->manifest();
+    const bool showsOwnPhoto = manifest.photo && options.photo.empty() && options.storedPhoto;
+    state.dataCrsWkt = manifest.dataCrsWkt;
     state.facts = describeStore(**store);
-    uint64_t photoBytes = 0;
-    if (fitsWhole(required, options.memoryBytes, physical)) {
-        auto plan = planMemory(source, required, options.memoryBytes, physical);
-        if (!plan) return plan.error();
-        photoBytes = plan->photo;
-        auto resident = ResidentTerrain::build(**store, plan->budget, state.build);
-        if (!resident) return resident.error();
-        state.resident = std::move(*resident);
-    } else {
-        const StreamPlan plan =
-            planStreaming(!options.photo.empty(), options.memoryBytes, physical);
-        photoBytes = plan.photo;
-        const int kept = ShadeCache::overviewMip((*store)->info().scheme);
-        auto resident = ResidentTerrain::stream(std::move(*store), kept, plan.tiles, state.build);
-        if (!resident) return resident.error();
-        state.resident = std::move(*resident);
-    }
+    state.facts.photo.clear();  // unless it is loaded
+    auto photoBytes = makeResident(state, std::move(*store), options, physical,
+                                   showsOwnPhoto || !options.photo.empty());
+    if (!photoBytes) return photoBytes.error();
     const Stopwatch photoWatch;
-    TERRAY_TRY(finish(state, source, options, photoBytes));
+    TERRAY_TRY(finish(state, source, options, *photoBytes));
+    if (showsOwnPhoto) {
+        auto photo = loadStoredPhoto(source, *manifest.photo, *photoBytes / 4 * 3);
+        if (!photo) return photo.error();
+        state.photo = std::move(*photo);
+        state.facts.photo = state.photo->description;
+    }
     state.build.loadMs += headerMs + photoWatch.elapsedMs();
     return {};
 }

@@ -184,11 +184,20 @@ Result<void> PhotoPixels::readBand(GDALRasterBand& band, const PhotoStrip& strip
     return {};
 }
 
+PhotoPixels PhotoPixels::onto(GDALDataset& dataset) const {
+    PhotoPixels other = *this;
+    other.dataset_ = &dataset;
+    return other;
+}
+
+Result<void> PhotoPixels::settle(const PhotoWindow& window) {
+    TERRAY_TRY(settleStretch(window));
+    settled_ = true;
+    return {};
+}
+
 Result<void> PhotoPixels::read(const PhotoWindow& window, uint8_t* rgba) {
-    if (!settled_) {
-        TERRAY_TRY(settleStretch(window));
-        settled_ = true;
-    }
+    if (!settled_) TERRAY_TRY(settle(window));
     if (isPalette_) return readPalette(window, rgba);
     return isByte_ && !stretch_ ? readBytes(window, rgba) : readWide(window, rgba);
 }

@@ -33,10 +33,15 @@ public:
     static Result<PhotoPixels> make(GDALDataset& dataset, const std::string& name,
                                     const OpenOptions& options);
 
-    /// Fills outWidth * outHeight * 4 bytes. The first call settles the stretch, from its window.
+    /// The same choices, stretch included, for another opened dataset of the same file.
+    PhotoPixels onto(GDALDataset& dataset) const;
+    /// Settles the stretch from samples of a window.
+    Result<void> settle(const PhotoWindow& window);
+    /// Fills outWidth * outHeight * 4 bytes. The first call settles the stretch, from its window,
+    /// unless that has been done.
     Result<void> read(const PhotoWindow& window, uint8_t* rgba);
 
-    /// "bands 3, 2, 1, stretched from 2 to 98 %": after the first read.
+    /// "bands 3, 2, 1, stretched from 2 to 98 %".
     std::string description() const;
 
 private:

@@ -19,7 +19,7 @@ using Colour = std::array<float, 4>;
 constexpr int kBandRows = 512;  // rows whose map is held at a time
 
 const uint8_t* pixelAt(const RgbaView& source, int64_t i, int64_t j) {
-    return source.rgba + (j * source.width + i) * 4;
+    return source.rgba + ((j - source.y) * source.heldWidth + (i - source.x)) * 4;
 }
 
 uint8_t rounded(float value) {
@@ -82,26 +82,29 @@ void samplePlace(const RgbaView& source, Vec2 place, uint8_t* out) {
     sampleBilinear(source, i, j, u, v, out);
 }
 
-void fillPatch(const RgbaView& source, const MapPatch& patch, int64_t bottom, Photo& photo) {
-    const int64_t right = std::min<int64_t>(patch.column + patch.span, photo.width);
-    const int64_t end = std::min<int64_t>(patch.row + patch.span, bottom);
-    for (int64_t j = patch.row; j < end; ++j) {
-        uint8_t* out = photo.rgba.data() + (j * photo.width + patch.column) * 4;
-        for (int64_t i = patch.column; i < right; ++i, out += 4) {
-            samplePlace(source, patch.place(i, j), out);
+}  // namespace
+
+void resamplePatch(const RgbaView& source, const MapPatch& patch, const RgbaWindow& out) {
+    const int64_t left = std::max(patch.column, out.column), top = std::max(patch.row, out.row);
+    const int64_t right = std::min(patch.column + patch.span, out.column + out.width);
+    const int64_t bottom = std::min(patch.row + patch.span, out.row + out.height);
+    for (int64_t j = top; j < bottom; ++j) {
+        uint8_t* to = out.rgba + (j - out.row) * out.stride + (left - out.column) * 4;
+        for (int64_t i = left; i < right; ++i, to += 4) {
+            samplePlace(source, patch.place(i, j), to);
         }
     }
 }
 
-}  // namespace
-
 void resamplePhoto(const RgbaView& source, const SourceMap& map, Photo& photo) {
     std::vector<MapPatch> patches;
+    const ptrdiff_t stride = ptrdiff_t{photo.width} * 4;
     for (int top = 0; top < photo.height; top += kBandRows) {
-        const int bottom = std::min(top + kBandRows, photo.height);
-        map.patches(0, top, photo.width, bottom - top, patches);
+        const int rows = std::min(kBandRows, photo.height - top);
+        const RgbaWindow band{photo.rgba.data() + top * stride, stride, 0, top, photo.width, rows};
+        map.patches(0, top, photo.width, rows, patches);
         oneapi::tbb::parallel_for(size_t{0}, patches.size(),
-                                  [&](size_t k) { fillPatch(source, patches[k], bottom, photo); });
+                                  [&](size_t k) { resamplePatch(source, patches[k], band); });
     }
 }
 

@@ -33,7 +33,8 @@ struct BlockGrid {
     int blocksX = 0, blocksY = 0;
 
     BlockGrid(const TilingScheme& scheme, int mip)
-        : columns(scheme.columnsAt(mip)), rows(scheme.rowsAt(mip)) {
+        : BlockGrid(scheme.columnsAt(mip), scheme.rowsAt(mip)) {}
+    BlockGrid(int64_t width, int64_t height) : columns(width), rows(height) {
         blocksX = static_cast<int>((columns + kBlockPosts - 1) / kBlockPosts);
         blocksY = static_cast<int>((rows + kBlockPosts - 1) / kBlockPosts);
     }

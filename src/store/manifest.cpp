@@ -19,6 +19,34 @@ constexpr int64_t kMostPosts = int64_t{1} << 31;  ///< a side: lattice cells are
 
 ordered_json pair(Vec2 v) { return {v.x, v.y}; }
 
+ordered_json sourcesJson(const std::vector<StoreSource>& sources) {
+    ordered_json json = ordered_json::array();
+    for (const StoreSource& source : sources) {
+        json.push_back({{"name", source.name},
+                        {"bytes", source.bytes},
+                        {"modified", source.modified},
+                        {"header_hash", hashText(source.headerHash)}});
+    }
+    return json;
+}
+
+ordered_json photoJson(const StoreManifest& m) {
+    const PhotoLayer& photo = *m.photo;
+    const GeoTransform transform = photo.geoTransform(m.info.metresPerCrsUnit, 0, 0, 0);
+    return {{"geotransform", transform.values},
+            {"columns", photo.columns},
+            {"rows", photo.rows},
+            {"mips", photo.mipCount()},
+            {"lattice",
+             {{"origin", pair(photo.worldFromPixel.origin)},
+              {"column", pair(photo.worldFromPixel.column)},
+              {"row", pair(photo.worldFromPixel.row)}}},
+            {"compression", photo.isLossless() ? "zstd" : "jpeg"},
+            {"quality", photo.quality},
+            {"description", photo.description},
+            {"sources", sourcesJson(m.photoSources)}};
+}
+
 ordered_json toJson(const StoreManifest& m) {
     const TerrainInfo& info = m.info;
     const GeoTransform transform = geoTransformOf(info, 0, 0, 0);
@@ -48,21 +76,16 @@ ordered_json toJson(const StoreManifest& m) {
           {"offset", isInt16 ? info.z0 : 0.0f},
           {"scale", isInt16 ? info.zStep : 1.0f},
           {"max_error", m.maxError}}},
-        {"layers", {"height"}},
+        {"layers", m.photo ? ordered_json{"height", "photo"} : ordered_json{"height"}},
         {"data_crs_name", m.dataCrsName},
         {"data_crs_wkt", m.dataCrsWkt},
-        {"sources", ordered_json::array()},
+        {"sources", sourcesJson(m.sources)},
         {"notes", m.notes},
         {"files", m.files},
         {"plan", m.plan},
         {"hashes", m.hashes},
     };
-    for (const StoreSource& source : m.sources) {
-        json["sources"].push_back({{"name", source.name},
-                                   {"bytes", source.bytes},
-                                   {"modified", source.modified},
-                                   {"header_hash", hashText(source.headerHash)}});
-    }
+    if (m.photo) json["photo"] = photoJson(m);
     return json;
 }
 
@@ -91,6 +114,30 @@ void fillHeights(const ordered_json& json, StoreManifest& m) {
     }
 }
 
+std::vector<StoreSource> sourcesOf(const ordered_json& json) {
+    std::vector<StoreSource> sources;
+    for (const ordered_json& source : json) {
+        sources.push_back({source.at("name").get<std::string>(), source.at("bytes").get<uint64_t>(),
+                           source.at("modified").get<int64_t>(),
+                           std::stoull(source.at("header_hash").get<std::string>(), nullptr, 16)});
+    }
+    return sources;
+}
+
+Affine2 latticeOf(const ordered_json& lattice) {
+    return {pairOf(lattice.at("origin")), pairOf(lattice.at("column")), pairOf(lattice.at("row"))};
+}
+
+void fillPhoto(const ordered_json& json, StoreManifest& m) {
+    PhotoLayer& photo = m.photo.emplace();
+    photo.columns = json.at("columns").get<int64_t>();
+    photo.rows = json.at("rows").get<int64_t>();
+    photo.worldFromPixel = latticeOf(json.at("lattice"));
+    photo.quality = json.at("quality").get<int>();
+    photo.description = json.at("description").get<std::string>();
+    m.photoSources = sourcesOf(json.at("sources"));
+}
+
 StoreManifest fromJson(const ordered_json& json) {
     StoreManifest m;
     TerrainInfo& info = m.info;
@@ -98,19 +145,14 @@ StoreManifest fromJson(const ordered_json& json) {
     m.crsName = json.at("crs_name").get<std::string>();
     info.scheme = {json.at("columns").get<int64_t>(), json.at("rows").get<int64_t>()};
     const ordered_json& lattice = json.at("lattice");
-    info.worldFromLattice = {pairOf(lattice.at("origin")), pairOf(lattice.at("column")),
-                             pairOf(lattice.at("row"))};
+    info.worldFromLattice = latticeOf(lattice);
     info.metresPerCrsUnit = lattice.at("metres_per_crs_unit").get<double>();
     info.ellipsoidRadius = lattice.at("radius_of_curvature").get<double>();
     fillHeights(json, m);
     m.dataCrsName = json.at("data_crs_name").get<std::string>();
     m.dataCrsWkt = json.at("data_crs_wkt").get<std::string>();
-    for (const ordered_json& source : json.at("sources")) {
-        m.sources.push_back(
-            {source.at("name").get<std::string>(), source.at("bytes").get<uint64_t>(),
-             source.at("modified").get<int64_t>(),
-             std::stoull(source.at("header_hash").get<std::string>(), nullptr, 16)});
-    }
+    m.sources = sourcesOf(json.at("sources"));
+    if (json.contains("photo")) fillPhoto(json.at("photo"), m);
     m.notes = json.at("notes").get<std::vector<std::string>>();
     m.files = json.at("files").get<std::vector<std::string>>();
     m.hashes = json.at("hashes").get<std::string>();
@@ -118,7 +160,16 @@ StoreManifest fromJson(const ordered_json& json) {
     return m;
 }
 
+bool isSane(const PhotoLayer& photo) {
+    const Affine2& map = photo.worldFromPixel;
+    return photo.columns > 0 && photo.rows > 0 && photo.columns <= kMostPosts &&
+           photo.rows <= kMostPosts && photo.quality >= 0 && photo.quality <= 100 &&
+           std::isfinite(map.origin.x) && std::isfinite(map.origin.y) && std::isfinite(map.det()) &&
+           std::abs(map.det()) > 0;
+}
+
 bool isSane(const StoreManifest& m) {
+    if (m.photo && !isSane(*m.photo)) return false;
     const TerrainInfo& info = m.info;
     const TilingScheme& scheme = info.scheme;
     if (scheme.columns < 2 || scheme.rows < 2 || scheme.columns > kMostPosts ||

@@ -3,10 +3,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
+#include "store/photo_layer.h"
 #include "tile/terrain_info.h"
 
 namespace terray {
@@ -26,6 +28,8 @@ struct StoreManifest {
     double maxError = 0;  ///< metres, of every stored post; 0: lossless
     uint64_t holes = 0;   ///< posts of mip 0 without a height
     std::vector<StoreSource> sources;
+    std::optional<PhotoLayer> photo;
+    std::vector<StoreSource> photoSources;
     std::vector<std::string> notes;  ///< what was assumed of the sources
     std::vector<std::string> files;  ///< all others, in the order of hashes.bin
     std::string hashes;              ///< hash of hashes.bin

@@ -22,12 +22,25 @@ std::string tileName(int mip, int x, int y) {
     return fmt::format("tile ({}, {}) of mip {}", x, y, mip);
 }
 
+/// Blocks of a photo file: of colours; as many masks may follow.
+size_t photoBlocks(const std::optional<PhotoLayer>& photo, ShardId shard) {
+    if (!photo || shard.mip < 0 || shard.mip >= photo->mipCount()) return kShardBlocks;
+    return static_cast<size_t>(std::clamp(photo->grid(shard.mip).blocksOf(shard), 1, kShardBlocks));
+}
+
 /// What block k of a file is for people.
-std::string blockName(const FileHashes& file, size_t k, const TilingScheme& scheme) {
+std::string blockName(const FileHashes& file, size_t k, const TilingScheme& scheme,
+                      const std::optional<PhotoLayer>& photo) {
     ShardId shard;
     if (std::sscanf(file.path.c_str(), "height/m%d/y%d_x%d.tif", &shard.mip, &shard.y, &shard.x0) ==
         3) {
         return tileName(shard.mip, shard.x0 + static_cast<int>(k), shard.y);
+    }
+    if (std::sscanf(file.path.c_str(), "photo/m%d/y%d_x%d.tif", &shard.mip, &shard.y, &shard.x0) ==
+        3) {
+        const size_t blocks = photoBlocks(photo, shard);
+        return fmt::format("{}block ({}, {}) of mip {} of the photo", k < blocks ? "" : "mask of ",
+                           shard.x0 + static_cast<int>(k % blocks), shard.y, shard.mip);
     }
     int mip = 0;
     if (std::sscanf(file.path.c_str(), "edges/m%d.bin", &mip) == 1 && mip >= 0 &&
@@ -40,11 +53,13 @@ std::string blockName(const FileHashes& file, size_t k, const TilingScheme& sche
 }
 
 std::vector<std::string> describe(const FileHashes& file, const FileDamage& damage,
-                                  const TilingScheme& scheme) {
+                                  const TilingScheme& scheme,
+                                  const std::optional<PhotoLayer>& photo) {
     std::vector<std::string> lines;
     if (damage.size) lines.push_back(fmt::format("{}: is not {} bytes long", file.path, file.size));
     for (const size_t k : damage.blocks) {
-        lines.push_back(fmt::format("{}: {} is damaged", file.path, blockName(file, k, scheme)));
+        lines.push_back(
+            fmt::format("{}: {} is damaged", file.path, blockName(file, k, scheme, photo)));
     }
     if (damage.rest) {
         const char* what = file.blocks.empty() ? "is damaged" : "its header is damaged";
@@ -88,6 +103,7 @@ Result<StoreCheck> checkStore(const std::string& path) {
             fmt::format("{}: does not belong to {}", kHashesName, kManifestName));
     }
     const TilingScheme scheme = manifest ? manifest->info.scheme : TilingScheme{2, 2};
+    const std::optional<PhotoLayer> photo = manifest ? manifest->photo : std::nullopt;
     std::vector<std::vector<std::string>> found(hashes->size());
     Progress progress("Verifying", static_cast<double>(hashes->size()));
     const auto makeNothing = [] { return Result<int>(0); };
@@ -95,7 +111,7 @@ Result<StoreCheck> checkStore(const std::string& path) {
         const auto k = static_cast<size_t>(task);
         const FileHashes& file = (*hashes)[k];
         const auto bytes = readFile(folder + file.path, kMostBytes);
-        found[k] = bytes ? describe(file, compareFile(file, *bytes), scheme)
+        found[k] = bytes ? describe(file, compareFile(file, *bytes), scheme, photo)
                          : std::vector<std::string>{file.path + ": is missing or cannot be read"};
         progress.advance();
         return {};

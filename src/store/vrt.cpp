@@ -50,20 +50,24 @@ std::string sourceElement(const TerrainInfo& info, ShardId shard, const BlockGri
 
 }  // namespace
 
-Result<std::string> vrtText(const TerrainInfo& info, int mip) {
-    const BlockGrid grid(info.scheme, mip);
+Result<std::string> vrtHead(const TerrainInfo& info, const BlockGrid& grid,
+                            const GeoTransform& transform) {
     const auto crs = crsElement(info);
     if (!crs) return crs.error();
-    const bool codes = info.format == PostFormat::Int16;
-    const GeoTransform transform = geoTransformOf(info, mip, 0, 0);
     const double* t = transform.values;
-    std::string text = fmt::format("<VRTDataset rasterXSize=\"{}\" rasterYSize=\"{}\">\n",
-                                   grid.columns, grid.rows);
-    text += *crs;
-    text += fmt::format(
+    return fmt::format(
+        "<VRTDataset rasterXSize=\"{}\" rasterYSize=\"{}\">\n{}"
         "  <GeoTransform>{:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g}"
         "</GeoTransform>\n",
-        t[0], t[1], t[2], t[3], t[4], t[5]);
+        grid.columns, grid.rows, *crs, t[0], t[1], t[2], t[3], t[4], t[5]);
+}
+
+Result<std::string> vrtText(const TerrainInfo& info, int mip) {
+    const BlockGrid grid(info.scheme, mip);
+    const bool codes = info.format == PostFormat::Int16;
+    auto head = vrtHead(info, grid, geoTransformOf(info, mip, 0, 0));
+    if (!head) return head.error();
+    std::string text = std::move(*head);
     text += fmt::format(
         "  <VRTRasterBand dataType=\"{}\" band=\"1\">\n"
         "    <NoDataValue>{}</NoDataValue>\n    <UnitType>m</UnitType>\n",

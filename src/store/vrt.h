@@ -5,11 +5,18 @@
 #include <string>
 
 #include "base/result.h"
+#include "store/photo_layer.h"
 #include "tile/terrain_info.h"
 
 namespace terray {
 
 /// height.vrt for mip 0, with the coarser mips as overviews; height/mN.vrt for mip N.
 Result<std::string> vrtText(const TerrainInfo& info, int mip);
+/// photo.vrt for mip 0 of the photo, likewise; photo/mN.vrt for mip N.
+Result<std::string> photoVrtText(const TerrainInfo& info, const PhotoLayer& layer, int mip);
+
+/// The dataset's first lines: size, CRS, geotransform. Closed by </VRTDataset>.
+Result<std::string> vrtHead(const TerrainInfo& info, const BlockGrid& grid,
+                            const GeoTransform& transform);
 
 }  // namespace terray

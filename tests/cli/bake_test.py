@@ -92,6 +92,57 @@ class BakeTest(harness.CliTest):
             with open(self.path("dem." + kind), "rb") as a, open(self.path("store." + kind), "rb") as b:
                 self.assertEqual(a.read(), b.read(), kind)
 
+    def photo(self, dem):
+        """A photo of another CRS and finer pixels than the DEM, over part of it."""
+        self.good("render", dem, "--projection", "ortho", "--size", "600x600", "-o", "map.tif", "-q")
+        self.gdal("gdalwarp", "-q", "-t_srs", "EPSG:32633", "-dstalpha", "-te_srs", "EPSG:32632", "-te", 500200, 5200100,
+                  500700, 5200600, "-tr", 1.1, 1.1, "map.tif", "photo.tif")
+        return "photo.tif"
+
+    def test_store_with_a_photo(self):
+        dem = self.dem(300)
+        photo = self.photo(dem)
+        self.good("bake", dem, "--photo", photo, "--photo-quality", "lossless", "--max-error", 0, "-o", "exact.terray")
+        self.good("bake", dem, "--photo", photo, "--max-error", 0, "-o", "small.terray")
+        for name in ("exact", "small"):
+            self.assertIn("whole", self.good("verify", name + ".terray").stdout)
+        pixels = {}
+        for name, source in (("direct", [dem, "--photo", photo]), ("exact", ["exact.terray"]), ("small", ["small.terray"])):
+            self.good("render", *source, "--relief-on-photo", 0, "--size", "200x120", "-o", name + ".png")
+            pixels[name] = harness.read_png(self.path(name + ".png"))
+        self.assertEqual(pixels["exact"], pixels["direct"])
+        self.assertNotEqual(pixels["small"], pixels["direct"])
+        facts = json.loads(self.good("info", "small.terray", "--json").stdout)
+        self.assertIn("photo.tif", facts["photo"])
+        self.assertIn("warped", facts["photo"])
+        self.assertNotIn("photo", self.good("query", "small.terray", "height", "500500,5200300").stderr)
+        self.good("bake", dem, "-o", "bare.terray")
+        self.fails(2, "--relief-on-photo", "render", "bare.terray", "--relief-on-photo", 20)
+        self.fails(2, "--photo-quality", "bake", dem, "--photo", photo, "--photo-quality", 101, "-o", "x.terray")
+        self.fails(2, "--photo", "bake", dem, "--photo-quality", 80, "-o", "x.terray")
+        self.fails(3, "missing.tif", "bake", dem, "--photo", "missing.tif", "-o", "x.terray")
+
+    def test_gdal_opens_the_photo(self):
+        dem = self.dem(300)
+        photo = self.photo(dem)
+        for quality in ("90", "lossless"):
+            self.good("bake", dem, "--photo", photo, "--photo-quality", quality, "-o", quality + ".terray", "-q")
+            vrt = quality + ".terray/photo.vrt"
+            facts = json.loads(self.gdal("gdalinfo", "-json", vrt))
+            self.assertEqual([band["colorInterpretation"] for band in facts["bands"]], ["Red", "Green", "Blue", "Alpha"])
+            columns, rows = facts["size"]
+            halves = [tuple(overview["size"]) for overview in facts["bands"][0]["overviews"]]
+            self.assertEqual(halves[0], ((columns + 1) // 2, (rows + 1) // 2))
+            x, y = 500560.0, 5200310.0  # a place on the ground: the photo there, and its coarser mip
+            value = [list(map(int, self.gdal("gdallocationinfo", "-valonly", *overview, "-l_srs", "EPSG:32632", name, x,
+                                             y).split())) for name, overview in ((photo, ()), (vrt, ()), (vrt, ("-overview", 1)))]
+            self.assertEqual(len(value[1]), 4)
+            for channel in range(4):
+                self.assertLess(abs(value[1][channel] - value[0][channel]), 12, value)
+                self.assertLess(abs(value[2][channel] - value[0][channel]), 20, value)
+            outside = self.gdal("gdallocationinfo", "-valonly", vrt, 0, 0).split()
+            self.assertEqual(outside[3], "0")
+
     def test_killed_at_random_moments_the_result_is_the_same(self):
         dem = self.dem()
         started = time.monotonic()

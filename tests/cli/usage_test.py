@@ -100,7 +100,6 @@ class Usage(CliTest):
             ("--time", ["--time", "2024-06-21T12:00:00Z", "--sun", "1,2"]),
             ("--photo", ["--photo-bands", "1"]),
             ("--photo", ["--photo-stretch", "2,98"]),
-            ("--photo", ["--relief-on-photo", "20"]),
             ("twice", ["-o", "a.tif", "--aov", "depth=a.tif"]),
             ("--legend", ["-o", "a.exr", "--legend"]),
         ]:
