@@ -98,8 +98,8 @@ void addBake(CLI::App& program) {
     CLI::App* command = program.add_subcommand("bake", "DEMs of any size into a .terray store");
     command
         ->add_option("DEM", flags->sources,
-                     "DEMs that GDAL reads; several must lie on one lattice, the first named one "
-                     "counts where they overlap")
+                     "DEMs that GDAL reads; several are joined, the last named one that has a "
+                     "height on top")
         ->type_name("")
         ->required();
     command->add_option("-o,--output", flags->out, "the store to make, NAME.terray")

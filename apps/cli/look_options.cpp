@@ -78,8 +78,7 @@ void LookOptions::addTo(CLI::App& command) {
             "colours by height: a name of 'terray shadings' or a GDAL colour text file",
             [this](const std::string& text) { render.ramp = text; });
     addText(command, kLook, "--relief-on-photo", "PERCENT",
-            "light on photos, 0 to 100 (default 50)",
-            [this](const std::string& text) {
+            "light on photos, 0 to 100 (default 50)", [this](const std::string& text) {
                 render.reliefOnPhotoPercent = parseNumber("--relief-on-photo", text);
                 needsPhoto = "--relief-on-photo";
             });

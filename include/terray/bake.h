@@ -36,9 +36,10 @@ struct BakeReport {
     double seconds = 0;
 };
 
-/// Bakes DEMs into the store `out` (a folder). Where DEMs overlap, the first named one that has a
-/// height counts. A run that is killed or fails goes on when it is called again; the store that was
-/// there before stays until the new one is whole. Errors: Input, Usage, Failed, Interrupted.
+/// Bakes DEMs into the store `out` (a folder). Where DEMs overlap, the last named one that has a
+/// height counts; unlike ones are warped to the finest one's lattice. A run that is killed or fails
+/// goes on when it is called again; the store that was there before stays until the new one is
+/// whole. Errors: Input, Usage, Failed, Interrupted.
 TERRAY_API Result<BakeReport> bake(std::span<const std::string> sources, const std::string& out,
                                    const BakeOptions& options = {});
 

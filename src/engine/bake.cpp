@@ -15,6 +15,7 @@
 #include "base/stopwatch.h"
 #include "dataset/gdal_setup.h"
 #include "raster/dem.h"
+#include "raster/dem_mosaic.h"
 #include "raster/mosaic.h"
 #include "raster/photo_source.h"
 #include "store/store.h"
@@ -125,7 +126,10 @@ Result<BakeReport> bakeInArena(std::span<const std::string> sources, const std::
         if (!joined) return joined.error();
         mosaic = std::move(*joined);
     }
-    auto dem = openDem(mosaic ? mosaic->path() : sources[0], options.open, RangeScan::Always);
+    const bool isUnlike = sources.size() > 1 && !mosaic;
+    auto dem = isUnlike
+                   ? openUnlikeDems(sources, options.open)
+                   : openDem(mosaic ? mosaic->path() : sources[0], options.open, RangeScan::Always);
     if (!dem) {
         Error error = dem.error();
         if (mosaic) error.message = inUsersWords(error.message, *mosaic, sources);

@@ -5,9 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "geo/frame.h"
+#include "raster/dem_description.h"
 #include "raster/height_unit.h"
-#include "raster/raster_header.h"
 #include "raster/raster_source.h"
 #include "raster/sample_scan.h"
 #include "raster/synthetic.h"
@@ -15,15 +14,6 @@
 
 namespace terray {
 namespace {
-
-/// What is known of a raster before it is decided how its posts are delivered.
-struct Description {
-    RasterHeader header;
-    std::optional<CrsFacts> crs;
-    std::string heightUnit;
-    Affine2 dataFromSample;  ///< sample (i, j) = pixel centre, in CRS units
-    std::vector<Assumption> assumptions;
-};
 
 /// Pixel centres carry the samples; GDAL has already moved the geotransform of pixel-is-point files
 /// by half a pixel, so this holds for them too. Without a georeference: 1 m pixels, north up.
@@ -35,9 +25,7 @@ Affine2 placeSamples(const RasterHeader& header) {
             {t[2], t[5]}};
 }
 
-struct Extent2 {
-    Vec2 min, max;
-};
+}  // namespace
 
 Extent2 extentOf(const RasterHeader& header, const Affine2& map) {
     const auto right = static_cast<double>(header.columns - 1);
@@ -50,6 +38,8 @@ Extent2 extentOf(const RasterHeader& header, const Affine2& map) {
     }
     return extent;
 }
+
+namespace {
 
 /// Coordinates that can only be degrees, though no CRS says so.
 bool looksLikeDegrees(const Extent2& extent, const Affine2& map) {
@@ -121,7 +111,9 @@ void describeHeights(const OpenOptions& options, Description& d) {
     d.header.rules.metresPerUnit = unit.metres;
 }
 
-Result<Description> describe(const std::string& path, const OpenOptions& options) {
+}  // namespace
+
+Result<Description> describeDem(const std::string& path, const OpenOptions& options) {
     Result<RasterHeader> header = readHeader(path, options);
     if (!header) return header.error();
     Description d;
@@ -131,6 +123,53 @@ Result<Description> describe(const std::string& path, const OpenOptions& options
     describeHeights(options, d);
     return d;
 }
+
+SourceInfo factsOf(const Description& d) {
+    const RasterHeader& header = d.header;
+    SourceInfo facts;
+    facts.source = header.name;
+    facts.driver = header.driver;
+    facts.columns = header.columns;
+    facts.rows = header.rows;
+    facts.bands = header.bands;
+    facts.sampleType = header.sampleType;
+    if (d.crs) {
+        facts.crsName = d.crs->name;
+        facts.crsWkt = d.crs->wkt;
+    }
+    if (header.transform)
+        facts.geoTransform.assign(header.transform->begin(), header.transform->end());
+    facts.pixelWidth = d.dataFromSample.columnLength();
+    facts.pixelHeight = d.dataFromSample.rowLength();
+    facts.horizontalUnit = d.crs ? d.crs->unitName : "metre";
+    facts.pixelIsPoint = header.pixelIsPoint;
+    facts.nodataRule = header.nodataRule;
+    facts.heightUnit = d.heightUnit;
+    facts.scale = header.rules.scale;
+    facts.offset = header.rules.offset;
+    facts.assumptions = d.assumptions;
+    return facts;
+}
+
+Result<double> radiusAtCentre(const Description& d, const TerrainInfo& info) {
+    if (!d.crs) return 0.0;
+    const Result<GeoFrame> frame = GeoFrame::make(d.crs->wkt, info.crsWkt);
+    if (!frame) return frame.error();
+    return frame->curvatureRadius(
+        info.worldFromLattice.worldFromLattice({0.5 * static_cast<double>(info.scheme.columns - 1),
+                                                0.5 * static_cast<double>(info.scheme.rows - 1)}));
+}
+
+void finishFacts(const TerrainInfo& info, SourceInfo& facts) {
+    facts.workingColumns = info.scheme.columns;
+    facts.workingRows = info.scheme.rows;
+    facts.workingCellX = info.worldFromLattice.columnLength();
+    facts.workingCellY = info.worldFromLattice.rowLength();
+    facts.mips = info.scheme.mipCount();
+    facts.postFormat = info.format == PostFormat::Int16 ? "16 bit" : "float";
+}
+
+namespace {
 
 void setRange(const SampleRange& range, const RasterHeader& header, SourceInfo& facts) {
     facts.hasRange = true;
@@ -171,33 +210,6 @@ Result<std::optional<PostCodes>> findCodes(const RasterHeader& header, uint64_t 
                            : choosePostCodes(rules, 0, 0);
 }
 
-SourceInfo factsOf(const Description& d) {
-    const RasterHeader& header = d.header;
-    SourceInfo facts;
-    facts.source = header.name;
-    facts.driver = header.driver;
-    facts.columns = header.columns;
-    facts.rows = header.rows;
-    facts.bands = header.bands;
-    facts.sampleType = header.sampleType;
-    if (d.crs) {
-        facts.crsName = d.crs->name;
-        facts.crsWkt = d.crs->wkt;
-    }
-    if (header.transform)
-        facts.geoTransform.assign(header.transform->begin(), header.transform->end());
-    facts.pixelWidth = d.dataFromSample.columnLength();
-    facts.pixelHeight = d.dataFromSample.rowLength();
-    facts.horizontalUnit = d.crs ? d.crs->unitName : "metre";
-    facts.pixelIsPoint = header.pixelIsPoint;
-    facts.nodataRule = header.nodataRule;
-    facts.heightUnit = d.heightUnit;
-    facts.scale = header.rules.scale;
-    facts.offset = header.rules.offset;
-    facts.assumptions = d.assumptions;
-    return facts;
-}
-
 /// Decides whether to warp and fills the lattice of the terrain; `plan` is set if it is warped.
 Result<void> placeLattice(const Description& d, const OpenOptions& options, TerrainInfo& info,
                           SourceInfo& facts, std::optional<WarpPlan>& plan) {
@@ -233,25 +245,6 @@ Result<void> placeLattice(const Description& d, const OpenOptions& options, Terr
     facts.warped = true;
     facts.assumptions.push_back({working->reason});
     return {};
-}
-
-/// Radius of curvature at the terrain's centre; 0 without a CRS.
-Result<double> radiusAtCentre(const Description& d, const TerrainInfo& info) {
-    if (!d.crs) return 0.0;
-    const Result<GeoFrame> frame = GeoFrame::make(d.crs->wkt, info.crsWkt);
-    if (!frame) return frame.error();
-    return frame->curvatureRadius(
-        info.worldFromLattice.worldFromLattice({0.5 * static_cast<double>(info.scheme.columns - 1),
-                                                0.5 * static_cast<double>(info.scheme.rows - 1)}));
-}
-
-void finishFacts(const TerrainInfo& info, SourceInfo& facts) {
-    facts.workingColumns = info.scheme.columns;
-    facts.workingRows = info.scheme.rows;
-    facts.workingCellX = info.worldFromLattice.columnLength();
-    facts.workingCellY = info.worldFromLattice.rowLength();
-    facts.mips = info.scheme.mipCount();
-    facts.postFormat = info.format == PostFormat::Int16 ? "16 bit" : "float";
 }
 
 Dem describeSynthetic(std::unique_ptr<HeightSource> source) {
@@ -305,7 +298,7 @@ Result<Dem> openDem(const std::string& path, const OpenOptions& options, RangeSc
     if (!synthetic) return synthetic.error();
     if (*synthetic) return describeSynthetic(std::move(*synthetic));
 
-    const Result<Description> described = describe(path, options);
+    const Result<Description> described = describeDem(path, options);
     if (!described) return described.error();
     const Description& d = *described;
     Dem dem;
@@ -347,7 +340,7 @@ Result<void> scanDem(const std::string& path, const OpenOptions& options, Source
     Result<std::unique_ptr<HeightSource>> synthetic = makeSynthetic(path);
     if (!synthetic) return synthetic.error();
     if (*synthetic) return scanSynthetic(**synthetic, facts);
-    const Result<Description> described = describe(path, options);
+    const Result<Description> described = describeDem(path, options);
     if (!described) return described.error();
     const Result<SampleRange> range = scanSamples(described->header);
     if (!range) return range.error();

@@ -15,8 +15,8 @@ namespace terray {
 class Mosaic {
 public:
     /// DEMs of one CRS, type, unit and pixel size whose pixels coincide; where several have a
-    /// height, that of the first named one counts; between them are holes. Errors: Input, Usage,
-    /// naming the DEM that does not fit and what to do.
+    /// height, that of the last named one counts; between them are holes. Null if they are not
+    /// alike: openUnlikeDems() warps such. Errors: Input, Usage, naming the DEM.
     static Result<std::unique_ptr<Mosaic>> join(std::span<const std::string> names,
                                                 const OpenOptions& options);
     ~Mosaic();

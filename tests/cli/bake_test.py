@@ -143,6 +143,22 @@ class BakeTest(harness.CliTest):
             outside = self.gdal("gdallocationinfo", "-valonly", vrt, 0, 0).split()
             self.assertEqual(outside[3], "0")
 
+    def test_unlike_dems_are_joined_the_last_one_on_top(self):
+        self.ascii_grid("coarse.asc", columns=40, rows=40, cell=20.0, left=500000, bottom=5200000, height=lambda x, y: 100.0)
+        self.ascii_grid("fine.asc", columns=40, rows=40, cell=5.0, left=500303, bottom=5200302, height=lambda x, y: 200.0)
+        for name in ("coarse", "fine"):
+            self.gdal("gdal_translate", "-q", "-a_srs", "EPSG:32632", name + ".asc", name + ".tif")
+        self.gdal("gdalwarp", "-q", "-t_srs", "EPSG:32633", "-dstnodata", -9999, "fine.tif", "other.tif")
+        for last in ("fine", "other"):
+            store = last + ".terray"
+            self.good("bake", "coarse.tif", last + ".tif", "-o", store)
+            rows = self.good("query", store, "height", "500100,5200100", "500400,5200400", "-q").stdout.splitlines()[1:]
+            for row, height in zip(rows, (100, 200)):
+                self.assertAlmostEqual(float(row.split(",")[-1]), height, delta=0.011)
+        self.good("bake", "fine.tif", "coarse.tif", "-o", "covered.terray")
+        row = self.good("query", "covered.terray", "height", "500400,5200400", "-q").stdout.splitlines()[1]
+        self.assertAlmostEqual(float(row.split(",")[-1]), 100, delta=0.011)
+
     def test_killed_at_random_moments_the_result_is_the_same(self):
         dem = self.dem()
         started = time.monotonic()
