@@ -123,6 +123,9 @@ void addBake(CLI::App& program) {
     addText(*command, "Store", "--export-cog", "FILE.tif",
             "write the heights as one Cloud Optimized GeoTIFF, too",
             [flags](const std::string& text) { flags->bake.exportCog = text; });
+    addSwitch(*command, "Store", "--in-place",
+              "a GeoTIFF in blocks of 512 x 512 stays where it is, as mip 0 of the store",
+              flags->bake.inPlace);
     addSwitch(*command, "Store", "--resume", "check a finished store, make again what is damaged",
               flags->bake.resume);
     flags->source.addReadingTo(*command, "1GiB");

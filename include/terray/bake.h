@@ -21,7 +21,9 @@ struct BakeOptions {
     std::optional<double> maxError;
     int photoQuality = 90;  ///< of the photo's JPEG, 1 to 100; 0: without loss
     std::string exportCog;  ///< path of a COG to write besides; empty: none
-    bool resume = false;    ///< check a finished store and make what is damaged in it again
+    /// Use a source that lies as a store's blocks do as mip 0, instead of a copy of it.
+    bool inPlace = false;
+    bool resume = false;  ///< check a finished store and make what is damaged in it again
 };
 
 struct BakeReport {

@@ -23,13 +23,13 @@ Result<BlockPtr> ShardReaders::read(BlockId id) {
     if (found != files_.end()) {
         files_.splice(files_.begin(), files_, found);
     } else {
-        auto file = ShardFile::open(folder_ + "/" + shardPath(shard), info_, shard);
+        auto file = openShard(folder_, manifest_, shard);
         if (!file) return file.error();
         files_.emplace_front(shard, std::move(*file));
         if (files_.size() > kOpenFiles) files_.pop_back();
     }
     auto block = std::make_shared<Block>();
-    if (info_.format == PostFormat::Int16) {
+    if (manifest_.info.format == PostFormat::Int16) {
         block->codes.resize(kBlockSamples);
         TERRAY_TRY(files_.front().second->read(id.x, block->codes.data()));
     } else {

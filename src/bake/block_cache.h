@@ -13,6 +13,7 @@
 
 #include "base/result.h"
 #include "store/format.h"
+#include "store/manifest.h"
 #include "store/shard_codec.h"
 #include "tile/mips.h"
 
@@ -33,13 +34,13 @@ using BlockPtr = std::shared_ptr<const Block>;
 /// Open height files of one thread. confined.
 class ShardReaders {
 public:
-    ShardReaders(std::string folder, const TerrainInfo& info)
-        : folder_(std::move(folder)), info_(info) {}
+    ShardReaders(std::string folder, const StoreManifest& manifest)
+        : folder_(std::move(folder)), manifest_(manifest) {}
     Result<BlockPtr> read(BlockId id);
 
 private:
     std::string folder_;
-    const TerrainInfo& info_;
+    const StoreManifest& manifest_;
     std::list<std::pair<ShardId, std::unique_ptr<ShardFile>>> files_;  ///< last used first
 };
 

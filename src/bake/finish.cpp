@@ -122,10 +122,10 @@ private:
 };
 
 /// The files of a store, in the order of the manifest and of hashes.bin.
-std::vector<std::string> storeFiles(const TerrainInfo& info) {
+std::vector<std::string> storeFiles(const TerrainInfo& info, bool inPlace) {
     std::vector<std::string> files;
     const int mips = info.scheme.mipCount();
-    for (int mip = 0; mip < mips; ++mip) {
+    for (int mip = inPlace ? 1 : 0; mip < mips; ++mip) {
         const BlockGrid grid(info.scheme, mip);
         for (const ShardId shard : shardsOf(grid, mip, 0, grid.blocksY)) {
             files.push_back(shardPath(shard));
@@ -145,13 +145,13 @@ Result<HeightTally> assembleMeasured(Workshop& shop) { return Assembler(shop).ru
 Result<void> finishStore(Workshop& shop, const HeightTally& tally) {
     const TerrainInfo& info = shop.info();
     for (int mip = 0; mip < info.scheme.mipCount(); ++mip) {
-        const auto text = vrtText(info, mip);
+        const auto text = vrtText(info, mip, shop.plan.manifest.inPlace);
         if (!text) return text.error();
         TERRAY_TRY(
             shop.folder.finish(mip == 0 ? kHeightVrtName : mipVrtPath(mip), bytesOf(*text), {}));
     }
     StoreManifest manifest = shop.plan.manifest;
-    manifest.files = storeFiles(info);
+    manifest.files = storeFiles(info, manifest.inPlace.has_value());
     if (manifest.photo) {
         const std::vector<std::string> more = photoFiles(*manifest.photo);
         manifest.files.insert(manifest.files.end(), more.begin(), more.end());

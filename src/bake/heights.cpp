@@ -40,7 +40,12 @@ public:
 
     Result<void> run() {
         for (const Batch& batch : batches()) {
-            TERRAY_TRY(makeBatch(batch));
+            if (shop_.plan.manifest.inPlace) {
+                shop_.progress.advance(static_cast<double>(batch.x1 - batch.x0) *
+                                       (batch.y1 - batch.y0));
+            } else {
+                TERRAY_TRY(makeBatch(batch));
+            }
             if (batch.x1 == grid_.blocksX) TERRAY_TRY(coarse_.advance(batch.y1));
         }
         return {};

@@ -28,7 +28,4 @@ struct BakePlan {
     std::string text() const;
 };
 
-/// The file of a source as it is now. Sources that are no files (synthetic ones) have zeros.
-Result<StoreSource> stateOf(const std::string& name);
-
 }  // namespace terray

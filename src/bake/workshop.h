@@ -18,7 +18,7 @@ struct Workshop {
 
     const TerrainInfo& info() const { return plan.info(); }
     BlockGrid grid(int mip) const { return {info().scheme, mip}; }
-    ShardReaders readers() const { return {folder.path(), info()}; }
+    ShardReaders readers() const { return {folder.path(), plan.manifest}; }
 };
 
 /// All shards of rows [from, to) of a mip's blocks, row by row.

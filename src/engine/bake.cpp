@@ -70,8 +70,28 @@ Result<std::unique_ptr<PhotoSource>> addPhoto(const BakeOptions& options, BakePl
     return photo;
 }
 
+/// The source as mip 0, if it was asked for.
+Result<void> addInPlace(std::span<const std::string> sources, const Dem& dem,
+                        const BakeOptions& options, const std::string& out, StoreManifest& m) {
+    if (!options.inPlace) return {};
+    if (!dem.plainTiles || sources.size() > 1) {
+        return makeError(ErrorCode::Input,
+                         "--in-place: '{}' cannot be used as it is: {}; leave the option out",
+                         sources[0], sources.size() > 1 ? "there are several" : dem.notPlain);
+    }
+    const PlainTiles& tiles = *dem.plainTiles;
+    std::string path = tiles.path;
+    if (!path.starts_with("/vsi")) {
+        const auto from = std::filesystem::weakly_canonical(std::filesystem::absolute(out));
+        const auto to = std::filesystem::canonical(path);
+        path = to.lexically_relative(from).string();
+    }
+    m.inPlace = InPlaceSource{path, tiles.sampleType, tiles.nodata, tiles.base, tiles.shift};
+    return {};
+}
+
 Result<BakePlan> planOf(std::span<const std::string> sources, const Dem& dem,
-                        const BakeOptions& options, int threads) {
+                        const std::string& out, const BakeOptions& options, int threads) {
     BakePlan plan;
     plan.source = dem.source.get();
     StoreManifest& m = plan.manifest;
@@ -87,6 +107,7 @@ Result<BakePlan> planOf(std::span<const std::string> sources, const Dem& dem,
         m.sources.push_back(std::move(*state));
     }
     for (const Assumption& assumption : dem.facts.assumptions) m.notes.push_back(assumption.text);
+    TERRAY_TRY(addInPlace(sources, dem, options, out, m));
     plan.codec = {m.info.format, m.info.z0, m.info.zStep, m.maxError};
     plan.memoryBytes = workBytes(options.open.memoryBytes, threads);
     return plan;
@@ -138,7 +159,7 @@ Result<BakeReport> bakeInArena(std::span<const std::string> sources, const std::
     for (Assumption& assumption : dem->facts.assumptions) {
         if (mosaic) assumption.text = inUsersWords(assumption.text, *mosaic, sources);
     }
-    auto plan = planOf(sources, *dem, options, threads);
+    auto plan = planOf(sources, *dem, out, options, threads);
     if (!plan) return plan.error();
     const auto photo = addPhoto(options, *plan);
     if (!photo) return photo.error();

@@ -263,7 +263,12 @@ Dem describeSynthetic(std::unique_ptr<HeightSource> source) {
     facts.nodataRule = std::string("NaN");
     facts.heightUnit = std::string("m");
     finishFacts(info, facts);
-    return {std::move(source), std::move(facts), info.crsWkt};
+    Dem dem;
+    dem.dataCrsWkt = info.crsWkt;
+    dem.source = std::move(source);
+    dem.facts = std::move(facts);
+    dem.notPlain = "it is synthetic";
+    return dem;
 }
 
 Result<void> scanSynthetic(const HeightSource& source, SourceInfo& facts) {
@@ -289,6 +294,35 @@ Result<void> scanSynthetic(const HeightSource& source, SourceInfo& facts) {
     facts.minHeight = lowest;
     facts.maxHeight = highest;
     return {};
+}
+
+}  // namespace
+
+namespace {
+
+/// Why a DEM cannot be a store's mip 0 as it is; empty if it can.
+std::string whyNotPlain(const RasterHeader& header, const TerrainInfo& info, bool isWarped,
+                        bool hasCodes) {
+    constexpr int kBlock = 512;
+    const Affine2& map = info.worldFromLattice;
+    const SampleRules& rules = header.rules;
+    if (isWarped) return "its CRS does not measure well, so that it is warped";
+    if (header.driver != "GTiff" || header.gdalName != header.name) return "it is no GeoTIFF";
+    if (header.bands != 1) return fmt::format("it has {} bands", header.bands);
+    if (header.blockColumns != kBlock || header.blockRows != kBlock) {
+        return fmt::format("its blocks are {} x {} samples, not 512 x 512", header.blockColumns,
+                           header.blockRows);
+    }
+    if (map.column.y != 0 || map.row.x != 0 || map.row.y > 0 || map.column.x < 0) {
+        return "it is not north up";
+    }
+    if (rules.useMask) return "it marks holes by a mask";
+    const bool isFloat = header.sampleType == "Float32" && rules.isIdentity() && !hasCodes;
+    const bool isWhole =
+        (header.sampleType == "Int16" || header.sampleType == "UInt16") && hasCodes;
+    if (isFloat || isWhole) return {};
+    return fmt::format("its {} samples are neither floats in metres nor whole numbers of 16 bits",
+                       header.sampleType);
 }
 
 }  // namespace
@@ -330,6 +364,11 @@ Result<Dem> openDem(const std::string& path, const OpenOptions& options, RangeSc
         info.maxZ = static_cast<float>(dem.facts.maxHeight);
     }
     finishFacts(info, dem.facts);
+    dem.notPlain = whyNotPlain(d.header, info, plan.has_value(), codes.has_value());
+    if (dem.notPlain.empty()) {
+        dem.plainTiles = PlainTiles{d.header.gdalName, d.header.sampleType, d.header.rules.nodata,
+                                    codes ? codes->base : 0, codes ? codes->shift : 0};
+    }
     dem.source = plan ? makeWarpedSource(std::move(info), std::move(*plan))
                       : makeRasterSource(std::move(info), d.header, codes);
     return dem;

@@ -2,7 +2,9 @@
 // Opening DEMs over GDAL: types, nodata, units, encodings, orientation, warping. See docs/input.md.
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "base/result.h"
@@ -13,12 +15,23 @@
 
 namespace terray {
 
+/// A GeoTIFF whose samples lie as the blocks of a store do: one band in blocks of 512 x 512, north
+/// up, in the working CRS, whole numbers of 16 bits or floats in metres.
+struct PlainTiles {
+    std::string path, sampleType;
+    std::optional<double> nodata;
+    int64_t base = 0;  ///< code = (sample - base) << shift, for whole numbers
+    int shift = 0;
+};
+
 /// An opened DEM: a source of posts in the working CRS, and the facts about the file.
 struct Dem {
     std::unique_ptr<HeightSource> source;
-    SourceInfo facts;        ///< hasRange, holes: certain only after scanDem()
-    std::string dataCrsWkt;  ///< of the file or --assign-crs; empty if none
-    double heightStep = 0;   ///< metres from one whole number to the next; 0: posts are floats
+    SourceInfo facts;                      ///< hasRange, holes: certain only after scanDem()
+    std::string dataCrsWkt;                ///< of the file or --assign-crs; empty if none
+    std::optional<PlainTiles> plainTiles;  ///< none: `notPlain` says why
+    std::string notPlain;
+    double heightStep = 0;  ///< metres from one whole number to the next; 0: posts are floats
 };
 
 /// Which integer rasters are read once on opening, to know their range.

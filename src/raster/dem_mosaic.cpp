@@ -260,6 +260,7 @@ Result<Dem> openUnlikeDems(std::span<const std::string> names, const OpenOptions
                      "one on top",
                      info.worldFromLattice.column.x)});
     finishFacts(info, dem.facts);
+    dem.notPlain = "there are several";
     dem.source = std::make_unique<MosaicSource>(std::move(info), std::move(*parts));
     return dem;
 }

@@ -30,6 +30,14 @@ ordered_json sourcesJson(const std::vector<StoreSource>& sources) {
     return json;
 }
 
+ordered_json inPlaceJson(const InPlaceSource& source) {
+    ordered_json json{{"path", source.path}, {"type", source.type}};
+    if (source.nodata && std::isfinite(*source.nodata)) json["nodata"] = *source.nodata;
+    json["base"] = source.base;
+    json["shift"] = source.shift;
+    return json;
+}
+
 ordered_json photoJson(const StoreManifest& m) {
     const PhotoLayer& photo = *m.photo;
     const GeoTransform transform = photo.geoTransform(m.info.metresPerCrsUnit, 0, 0, 0);
@@ -85,6 +93,7 @@ ordered_json toJson(const StoreManifest& m) {
         {"plan", m.plan},
         {"hashes", m.hashes},
     };
+    if (m.inPlace) json["in_place"] = inPlaceJson(*m.inPlace);
     if (m.photo) json["photo"] = photoJson(m);
     return json;
 }
@@ -124,6 +133,15 @@ std::vector<StoreSource> sourcesOf(const ordered_json& json) {
     return sources;
 }
 
+void fillInPlace(const ordered_json& json, StoreManifest& m) {
+    InPlaceSource& source = m.inPlace.emplace();
+    source.path = json.at("path").get<std::string>();
+    source.type = json.at("type").get<std::string>();
+    if (json.contains("nodata")) source.nodata = json.at("nodata").get<double>();
+    source.base = json.at("base").get<int64_t>();
+    source.shift = json.at("shift").get<int>();
+}
+
 Affine2 latticeOf(const ordered_json& lattice) {
     return {pairOf(lattice.at("origin")), pairOf(lattice.at("column")), pairOf(lattice.at("row"))};
 }
@@ -152,6 +170,7 @@ StoreManifest fromJson(const ordered_json& json) {
     m.dataCrsName = json.at("data_crs_name").get<std::string>();
     m.dataCrsWkt = json.at("data_crs_wkt").get<std::string>();
     m.sources = sourcesOf(json.at("sources"));
+    if (json.contains("in_place")) fillInPlace(json.at("in_place"), m);
     if (json.contains("photo")) fillPhoto(json.at("photo"), m);
     m.notes = json.at("notes").get<std::vector<std::string>>();
     m.files = json.at("files").get<std::vector<std::string>>();
@@ -168,7 +187,16 @@ bool isSane(const PhotoLayer& photo) {
            std::abs(map.det()) > 0;
 }
 
+bool isSane(const InPlaceSource& source, const StoreManifest& m) {
+    const bool isFloat = source.type == "Float32";
+    if (!isFloat && source.type != "Int16" && source.type != "UInt16") return false;
+    return isFloat == (m.info.format == PostFormat::Float32) && m.sources.size() == 1 &&
+           !source.path.empty() && source.shift >= 0 && source.shift <= 16 &&
+           std::abs(source.base) <= 1 << 20;
+}
+
 bool isSane(const StoreManifest& m) {
+    if (m.inPlace && !isSane(*m.inPlace, m)) return false;
     if (m.photo && !isSane(*m.photo)) return false;
     const TerrainInfo& info = m.info;
     const TilingScheme& scheme = info.scheme;
@@ -188,6 +216,16 @@ bool isSane(const StoreManifest& m) {
 }
 
 }  // namespace
+
+Result<std::unique_ptr<ShardFile>> openShard(const std::string& folder,
+                                             const StoreManifest& manifest, ShardId shard) {
+    if (shard.mip == 0 && manifest.inPlace) {
+        return ShardFile::openInPlace(manifest.inPlace->pathFrom(folder), *manifest.inPlace,
+                                      manifest.info, shard);
+    }
+    return ShardFile::open(folder + (folder.ends_with('/') ? "" : "/") + shardPath(shard),
+                           manifest.info, shard);
+}
 
 std::string manifestText(const StoreManifest& manifest) {
     ordered_json json = toJson(manifest);

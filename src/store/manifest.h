@@ -3,24 +3,18 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
+#include "store/in_place.h"
 #include "store/photo_layer.h"
+#include "store/shard_codec.h"
 #include "tile/terrain_info.h"
 
 namespace terray {
-
-/// A file that went into a store, as it was then.
-struct StoreSource {
-    std::string name;
-    uint64_t bytes = 0;
-    int64_t modified = 0;     ///< seconds since 1970
-    uint64_t headerHash = 0;  ///< of the first 64 KiB
-    friend bool operator==(const StoreSource&, const StoreSource&) = default;
-};
 
 struct StoreManifest {
     TerrainInfo info;  ///< name is not stored
@@ -28,6 +22,7 @@ struct StoreManifest {
     double maxError = 0;  ///< metres, of every stored post; 0: lossless
     uint64_t holes = 0;   ///< posts of mip 0 without a height
     std::vector<StoreSource> sources;
+    std::optional<InPlaceSource> inPlace;  ///< sources[0] is mip 0, and there are no files of it
     std::optional<PhotoLayer> photo;
     std::vector<StoreSource> photoSources;
     std::vector<std::string> notes;  ///< what was assumed of the sources
@@ -35,6 +30,10 @@ struct StoreManifest {
     std::string hashes;              ///< hash of hashes.bin
     std::string plan;                ///< hash of all that the store's bytes depend on
 };
+
+/// Opens the blocks of a shard, of a file of the store in `folder` or of the source in place.
+Result<std::unique_ptr<ShardFile>> openShard(const std::string& folder,
+                                             const StoreManifest& manifest, ShardId shard);
 
 /// The same manifest always gives the same text. It ends with the hash of itself.
 std::string manifestText(const StoreManifest& manifest);

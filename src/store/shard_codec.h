@@ -11,6 +11,7 @@
 #include "store/bytes.h"
 #include "store/format.h"
 #include "store/hashes.h"
+#include "store/in_place.h"
 
 class GDALDataset;
 
@@ -50,6 +51,10 @@ public:
                                                    ShardId shard);
     static Result<std::unique_ptr<ShardFile>> open(const EncodedFile& file, const TerrainInfo& info,
                                                    ShardId shard);
+    /// Blocks of a row of the source that is mip 0, as if they were a height file.
+    static Result<std::unique_ptr<ShardFile>> openInPlace(const std::string& path,
+                                                          const InPlaceSource& source,
+                                                          const TerrainInfo& info, ShardId shard);
     ~ShardFile();
     ShardFile(const ShardFile&) = delete;
     ShardFile& operator=(const ShardFile&) = delete;
@@ -66,6 +71,7 @@ private:
     std::string path_;
     std::string memoryFile_;  ///< to be unlinked; empty: none
     ShardId shard_;
+    std::optional<InPlaceSource> source_;  ///< set: the file is all of mip 0, its samples raw
     PostFormat format_ = PostFormat::Float32;
     struct Handle;
     std::unique_ptr<Handle> handle_;

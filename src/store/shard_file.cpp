@@ -11,6 +11,8 @@
 
 namespace terray {
 
+constexpr size_t kBlockSamples = size_t{kBlockPosts} * kBlockPosts;
+
 struct ShardFile::Handle {
     DatasetHandle dataset;
 };
@@ -55,6 +57,38 @@ Result<std::unique_ptr<ShardFile>> ShardFile::open(const EncodedFile& encoded,
     return file;
 }
 
+Result<std::unique_ptr<ShardFile>> ShardFile::openInPlace(const std::string& path,
+                                                          const InPlaceSource& source,
+                                                          const TerrainInfo& info, ShardId shard) {
+    TERRAY_ASSERT(shard.mip == 0);
+    ensureGdal();
+    clearGdalMessage();
+    const GdalScope scope;
+    std::unique_ptr<ShardFile> file(new ShardFile);
+    file->path_ = path;
+    file->shard_ = shard;
+    file->format_ = info.format;
+    file->source_ = source;
+    static const char* const kDrivers[] = {"GTiff", nullptr};
+    file->handle_->dataset.reset(
+        GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_INTERNAL, kDrivers));
+    GDALDataset* dataset = file->handle_->dataset.get();
+    int blockX = 0, blockY = 0;
+    if (dataset && dataset->GetRasterCount() == 1) {
+        dataset->GetRasterBand(1)->GetBlockSize(&blockX, &blockY);
+    }
+    if (blockX != kBlockPosts || blockY != kBlockPosts ||
+        dataset->GetRasterXSize() != info.scheme.columns ||
+        dataset->GetRasterYSize() != info.scheme.rows ||
+        GDALGetDataTypeName(dataset->GetRasterBand(1)->GetRasterDataType()) != source.type) {
+        return makeError(ErrorCode::Input,
+                         "'{}' is not the source of {} x {} {} samples in blocks of 512 x 512 that "
+                         "the store uses in place",
+                         path, info.scheme.columns, info.scheme.rows, source.type);
+    }
+    return file;
+}
+
 /// Before anything is allocated or read by what a header claims.
 Result<void> ShardFile::check(const TerrainInfo& info, ShardId shard) const {
     GDALDataset& dataset = *handle_->dataset;
@@ -79,7 +113,8 @@ Result<void> ShardFile::readRaw(int x, void* out) {
     clearGdalMessage();
     const GdalScope scope;
     GDALRasterBand& band = *handle_->dataset->GetRasterBand(1);
-    if (band.ReadBlock(x - shard_.x0, 0, out) != CE_None) {
+    if ((source_ ? band.ReadBlock(x, shard_.y, out) : band.ReadBlock(x - shard_.x0, 0, out)) !=
+        CE_None) {
         return makeError(ErrorCode::Input, "block {} of '{}' cannot be decoded: {}", x - shard_.x0,
                          path_, gdalMessage());
     }
@@ -88,12 +123,16 @@ Result<void> ShardFile::readRaw(int x, void* out) {
 
 Result<void> ShardFile::read(int x, float* posts) {
     TERRAY_ASSERT(format_ == PostFormat::Float32);
-    return readRaw(x, posts);
+    TERRAY_TRY(readRaw(x, posts));
+    if (source_) source_->toPosts({posts, kBlockSamples});
+    return {};
 }
 
 Result<void> ShardFile::read(int x, uint16_t* codes) {
     TERRAY_ASSERT(format_ == PostFormat::Int16);
-    return readRaw(x, codes);
+    TERRAY_TRY(readRaw(x, codes));
+    if (source_) source_->toCodes({codes, kBlockSamples});
+    return {};
 }
 
 }  // namespace terray

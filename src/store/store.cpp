@@ -110,7 +110,7 @@ private:
             shards_.splice(shards_.begin(), shards_, found);
             return shards_.front().second.get();
         }
-        auto file = ShardFile::open(joined(store_.path(), shardPath(id)), info_, id);
+        auto file = openShard(store_.path(), store_.manifest(), id);
         if (!file) return file.error();
         shards_.emplace_front(id, std::move(*file));
         if (shards_.size() > kOpenShards) shards_.pop_back();
@@ -172,6 +172,9 @@ Result<std::unique_ptr<Store>> Store::open(const std::string& path, uint64_t max
     store->path_ = path;
     store->manifest_ = std::move(*manifest);
     store->manifest_.info.name = path;
+    if (const auto& source = store->manifest_.inPlace) {
+        TERRAY_TRY(checkInPlace(*source, store->manifest_.sources[0], path));
+    }
     const TerrainInfo& info = store->info();
     const TilingScheme& scheme = info.scheme;
     double boundsBytes = 0;

@@ -102,6 +102,10 @@ Result<StoreCheck> checkStore(const std::string& path) {
         check.damage.push_back(
             fmt::format("{}: does not belong to {}", kHashesName, kManifestName));
     }
+    if (manifest && manifest->inPlace) {
+        const auto same = checkInPlace(*manifest->inPlace, manifest->sources[0], path);
+        if (!same) check.damage.push_back(same.error().message);
+    }
     const TilingScheme scheme = manifest ? manifest->info.scheme : TilingScheme{2, 2};
     const std::optional<PhotoLayer> photo = manifest ? manifest->photo : std::nullopt;
     std::vector<std::vector<std::string>> found(hashes->size());

@@ -48,6 +48,31 @@ std::string sourceElement(const TerrainInfo& info, ShardId shard, const BlockGri
         int64_t{shard.x0} * kBlockPosts, int64_t{shard.y} * kBlockPosts, size);
 }
 
+/// The source's samples, made codes where posts are codes.
+std::string inPlaceElement(const InPlaceSource& source, const BlockGrid& grid) {
+    const bool codes = source.type != "Float32";
+    std::string scaling;
+    if (source.nodata) scaling += fmt::format("      <NODATA>{:.17g}</NODATA>\n", *source.nodata);
+    if (codes) {
+        const int64_t step = int64_t{1} << source.shift;
+        scaling +=
+            fmt::format("      <ScaleOffset>{}</ScaleOffset>\n      <ScaleRatio>{}</ScaleRatio>\n",
+                        -source.base * step, step);
+    }
+    const bool isRelative = !source.path.starts_with('/');
+    const std::string size =
+        fmt::format("xOff=\"0\" yOff=\"0\" xSize=\"{}\" ySize=\"{}\"", grid.columns, grid.rows);
+    return fmt::format(
+        "    <ComplexSource>\n"
+        "      <SourceFilename relativeToVRT=\"{}\">{}</SourceFilename>\n"
+        "      <SourceBand>1</SourceBand>\n"
+        "      <SourceProperties RasterXSize=\"{}\" RasterYSize=\"{}\" DataType=\"{}\" "
+        "BlockXSize=\"{}\" BlockYSize=\"{}\"/>\n"
+        "      <SrcRect {}/>\n      <DstRect {}/>\n{}    </ComplexSource>\n",
+        isRelative ? 1 : 0, escaped(source.path.c_str()), grid.columns, grid.rows, source.type,
+        kBlockPosts, kBlockPosts, size, size, scaling);
+}
+
 }  // namespace
 
 Result<std::string> vrtHead(const TerrainInfo& info, const BlockGrid& grid,
@@ -62,7 +87,8 @@ Result<std::string> vrtHead(const TerrainInfo& info, const BlockGrid& grid,
         grid.columns, grid.rows, *crs, t[0], t[1], t[2], t[3], t[4], t[5]);
 }
 
-Result<std::string> vrtText(const TerrainInfo& info, int mip) {
+Result<std::string> vrtText(const TerrainInfo& info, int mip,
+                            const std::optional<InPlaceSource>& inPlace) {
     const BlockGrid grid(info.scheme, mip);
     const bool codes = info.format == PostFormat::Int16;
     auto head = vrtHead(info, grid, geoTransformOf(info, mip, 0, 0));
@@ -76,7 +102,9 @@ Result<std::string> vrtText(const TerrainInfo& info, int mip) {
         text += fmt::format("    <Offset>{}</Offset>\n    <Scale>{}</Scale>\n",
                             static_cast<double>(info.z0), static_cast<double>(info.zStep));
     }
-    for (int y = 0; y < grid.blocksY; ++y) {
+    const bool usesSource = mip == 0 && inPlace;
+    if (usesSource) text += inPlaceElement(*inPlace, grid);
+    for (int y = 0; !usesSource && y < grid.blocksY; ++y) {
         for (int x = 0; x < grid.blocksX; x += kShardBlocks) {
             text += sourceElement(info, {mip, x, y}, grid, mip == 0 ? "height/" : "");
         }

@@ -5,13 +5,16 @@
 #include <string>
 
 #include "base/result.h"
+#include "store/in_place.h"
 #include "store/photo_layer.h"
 #include "tile/terrain_info.h"
 
 namespace terray {
 
 /// height.vrt for mip 0, with the coarser mips as overviews; height/mN.vrt for mip N.
-Result<std::string> vrtText(const TerrainInfo& info, int mip);
+/// Mip 0 may be a source in place.
+Result<std::string> vrtText(const TerrainInfo& info, int mip,
+                            const std::optional<InPlaceSource>& inPlace = std::nullopt);
 /// photo.vrt for mip 0 of the photo, likewise; photo/mN.vrt for mip N.
 Result<std::string> photoVrtText(const TerrainInfo& info, const PhotoLayer& layer, int mip);
 

@@ -159,6 +159,37 @@ class BakeTest(harness.CliTest):
         row = self.good("query", "covered.terray", "height", "500400,5200400", "-q").stdout.splitlines()[1]
         self.assertAlmostEqual(float(row.split(",")[-1]), 100, delta=0.011)
 
+    def test_a_source_in_place_is_mip_0_and_must_stay_as_it_is(self):
+        self.dem(700)
+        tiled = ["-co", "TILED=YES", "-co", "BLOCKXSIZE=512", "-co", "BLOCKYSIZE=512", "-a_nodata", 61]
+        os.mkdir(self.path("stores"))
+        for kind in ("Int16", "Float32"):
+            source = kind + ".tif"
+            self.gdal("gdal_translate", "-q", "-ot", kind, *tiled, "dem.tif", source)
+            self.good("bake", source, "-o", "stores/in.terray", "--max-error", 0, "--in-place", "-q")
+            self.good("bake", source, "-o", "stores/copy.terray", "--max-error", 0, "-q")
+            self.good("verify", "stores/in.terray")
+            copied, used = files_of(self.path("stores/copy.terray")), files_of(self.path("stores/in.terray"))
+            self.assertEqual(set(copied) - set(used), {"height/m0/y0_x0.tif", "height/m0/y1_x0.tif"})
+            told = {"terrain.json", "hashes.bin", "height.vrt"}
+            self.assertEqual({name: copied[name] for name in used if name not in told},
+                             {name: used[name] for name in used if name not in told})
+            for name in ("in", "copy"):
+                self.good("render", f"stores/{name}.terray", "-o", name + ".png", "--size", "200x120", "-q")
+            self.assertEqual(harness.read_png(self.path("in.png")), harness.read_png(self.path("copy.png")))
+            for place in ((333, 222), (600, 650)):
+                self.assertEqual(*(self.gdal("gdallocationinfo", "-valonly", f"stores/{name}.terray/height.vrt", *place)
+                                   for name in ("in", "copy")))
+            os.rename(self.path("stores"), self.path("moved"))  # one level up is one level up
+            self.good("info", "moved/in.terray")
+            os.rename(self.path("moved"), self.path("stores"))
+            os.utime(self.path(source), (1, 1))
+            self.fails(3, [source, "has changed"], "render", "stores/in.terray", "-o", "x.png")
+            self.fails(1, "damaged in 1 place", "verify", "stores/in.terray")
+            os.remove(self.path(source))
+            self.fails(3, [source, "not there"], "info", "stores/in.terray")
+        self.fails(3, ["--in-place", "512 x 512"], "bake", "dem.tif", "-o", "x.terray", "--in-place")
+
     def test_killed_at_random_moments_the_result_is_the_same(self):
         dem = self.dem()
         started = time.monotonic()
