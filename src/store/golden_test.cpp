@@ -138,7 +138,31 @@ TEST(Golden, Manifest) {
     EXPECT_EQ(back->info.worldFromLattice.origin, sample().info.worldFromLattice.origin);
 }
 
+TEST(Golden, ManifestWithPhotoAndSourceInPlaceComesBack) {
+    StoreManifest m = sample();
+    m.photo = PhotoLayer{700, 300, {{1.5, 2}, {0.5, 0}, {0, -0.5}}, 80, "bands 1, 2, 3"};
+    m.photoSources = {{"photo.tif", 7, 8, 9}};
+    m.inPlace = InPlaceSource{"../dem.tif", "Int16", -32768.0, -100, 3};
+    const std::string text = manifestText(m);
+    for (const char* part : {"\"photo\"\n ]", "\"quality\": 80", "\"mips\": 2,\n  \"lattice\"",
+                             "\"path\": \"../dem.tif\"", "\"nodata\": -32768.0"}) {
+        EXPECT_NE(text.find(part), std::string::npos) << part << text;
+    }
+    const auto back = parseManifest("terrain.json", text);
+    ASSERT_TRUE(back.ok()) << back.error().message;
+    EXPECT_EQ(manifestText(*back), text);
+    EXPECT_EQ(back->photo->worldFromPixel.origin, Vec2(1.5, 2));
+    for (const char* type : {"Float32", "Int32"}) {  // not what the posts are, and unknown
+        m.inPlace->type = type;
+        EXPECT_FALSE(parseManifest("terrain.json", manifestText(m)).ok()) << type;
+    }
+    m.inPlace.reset();
+    m.photo->columns = 0;
+    EXPECT_FALSE(parseManifest("terrain.json", manifestText(m)).ok());
+}
+
 TEST(Golden, Paths) {
+    EXPECT_EQ(photoShardPath({2, 16, 3}), "photo/m2/y3_x16.tif");
     EXPECT_EQ(shardPath({2, 16, 3}), "height/m2/y3_x16.tif");
     EXPECT_EQ(edgesPath(1), "edges/m1.bin");
     EXPECT_EQ(boundsPath(0), "bounds/m0.tif");
