@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kGiB = 1 << 30;
 constexpr double kMostSlots = static_cast<double>(kLargestPoolBytes) / (kSlotPosts * sizeof(float));
-constexpr double kLeastRoom = 24;  ///< tiles of a frame, beside those that stay
+constexpr double kLeastRoom = 16;  ///< tiles of a frame, beside those that stay
 constexpr int kLoaderThreads = 2;
 constexpr double kWorkBytes = 8 << 20;  ///< windows that are worked on, per terrain
 
