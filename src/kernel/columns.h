@@ -71,7 +71,7 @@ struct alignas(64) MarchLanes {
     int32_t result[kMarchColumns];  ///< MarchResult
     int32_t begun[kMarchColumns];   ///< not 0: the row below has told where to begin
     int32_t left[kMarchColumns];    ///< the columns that are neither hits nor misses (yet)
-    int32_t steps[kMarchColumns];
+    int32_t steps[kMarchColumns];   ///< cells; in: of the row below, a hint
     int32_t slot[kMarchColumns], cell[kMarchColumns];
     float t[kMarchColumns], u[kMarchColumns], v[kMarchColumns];
     float clear[kMarchColumns];  ///< distance up to which an undecided ray is above the surface

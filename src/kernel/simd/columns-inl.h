@@ -18,6 +18,7 @@
 #include "kernel/columns.h"
 #include "kernel/simd/columns.h"
 #include "kernel/simd/march_cell-inl.h"
+#include "kernel/simd/march_first-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace terray::simd::HWY_NAMESPACE {
@@ -137,15 +138,25 @@ void marchPacket(const TerrainCut& cut, const Pools& pools, const MarchTile& til
     const VF below = beginOf(row, m, p), w0 = setF(static_cast<float>(tile.w0));
     const VF begin = hn::Max(below, loadF(m.sure + p));
     const MI begun = maskI(begin >= hn::Zero(DF()));
+    // In the row below, all of them needed one cell: most likely they do here, too.
+    const bool near = hn::AllTrue(DI(), hn::Eq(loadI(m.steps + p), setI(1)));
     hn::Store(zero, DI(), m.result + p);
     hn::Store(zero, DI(), m.steps + p);
     hn::Store(hn::IfThenElseZero(begun, setI(1)), DI(), m.begun + p);
     hn::Store(setF(-1.0f), DF(), m.forward + p);
     if (hn::AllFalse(DI(), begun)) return;
-    const ColumnRays r = makeRays(cut, tile, row, p);
-    MarchPlace place = beginLanes(cut, tile, e, r, begin, below, m, p, begun);
+    ColumnRays r = makeRays(tile, row, p);
+    MI done = noLanes();
+    const MI past = hn::Ne(loadI(m.past + p), zero);
+    if (near && !tile.eyeOutside && hn::AllTrue(DI(), hn::AndNot(past, begun))) {
+        done = hitFirstCells<kInt16, kTriangles>(cut, pools, tile, r, e, begin, m, p);
+        hn::Store(hn::IfThenElseZero(done, setI(1)), DI(), m.steps + p);
+        if (hn::AllTrue(DI(), done)) return;
+    }
+    addInverses(cut, tile, r);
+    MarchPlace place = beginLanes(cut, tile, e, r, begin, below, m, p, hn::AndNot(done, begun));
     MI hits = noLanes();
-    VI steps = zero;
+    VI steps = hn::IfThenElseZero(done, setI(1));
     for (int cell = 0; cell < kMostCells && !hn::AllFalse(DI(), place.active); ++cell) {
         enterTiles(cut, tile, m, p, place);
         const VI x = place.x, y = place.y;

@@ -66,6 +66,7 @@ void resetLanes(MarchLanes& m) {
     std::fill_n(m.limit, kMarchColumns, 1e30f);
     std::fill_n(m.sure, kMarchColumns, -1.0f);
     std::fill_n(m.past, kMarchColumns, 0);
+    std::fill_n(m.steps, kMarchColumns, 1);
     std::fill_n(m.slot, kMarchColumns, static_cast<int32_t>(kNoSlot));
     std::fill_n(m.tileX, kMarchColumns, -1);
     std::fill_n(m.tileY, kMarchColumns, -1);
@@ -78,8 +79,16 @@ void resetLanes(MarchLanes& m) {
 }
 
 void anchorLanes(const TerrainCut& cut, double anchorZ, MarchLanes& m) {
-    for (int k = 0; k < kMarchColumns; ++k)
-        if (static_cast<uint32_t>(m.slot[k]) != kNoSlot) simd::anchorPosts(cut, anchorZ, m, k);
+    for (int k = 0; k < kMarchColumns; ++k) {
+        if (static_cast<uint32_t>(m.slot[k]) == kNoSlot) continue;
+        if (k == 0 || m.slot[k] != m.slot[k - 1]) {
+            simd::anchorPosts(cut, anchorZ, m, k);
+            continue;
+        }
+        m.postsCode[k] = m.postsCode[k - 1];
+        m.postsZ[k] = m.postsZ[k - 1];
+        m.postsStep[k] = m.postsStep[k - 1];
+    }
 }
 
 MarchCounts marchRow(const TerrainCut& cut, const MarchTile& tile, const MarchRow& row, int begin,

@@ -31,8 +31,8 @@ HWY_INLINE VF inverseOf(VF step) {
     return hn::IfThenElse(hn::Abs(step) < setF(1e-30f), setF(1e30f), setF(1.0f) / step);
 }
 
-HWY_INLINE ColumnRays makeRays(const TerrainCut& cut, const MarchTile& tile, const MarchRow& row,
-                               size_t p) {
+/// Rays without their inverses.
+HWY_INLINE ColumnRays makeRays(const MarchTile& tile, const MarchRow& row, size_t p) {
     const auto term = [&](RayTerm k) { return loadF(tile.columns[k] + p) + setF(row.terms[k]); };
     ColumnRays r;
     r.dx = term(kTermDx);
@@ -45,8 +45,6 @@ HWY_INLINE ColumnRays makeRays(const TerrainCut& cut, const MarchTile& tile, con
     r.length = hn::Sqrt(length2);
     r.forward0 = term(kTermForward0);
     r.forward = term(kTermForward);
-    r.inverseDx = inverseOf(r.dx);
-    r.inverseDy = inverseOf(r.dy);
     const VF w0 = setF(static_cast<float>(tile.w0));
     // |d_h|^2 = length^2 - rise^2: the bend of a ray that covers so much level ground per w
     const VF rise = r.dz * setF(static_cast<float>(tile.exaggeration));
@@ -56,6 +54,13 @@ HWY_INLINE ColumnRays makeRays(const TerrainCut& cut, const MarchTile& tile, con
     r.z = hn::MulAdd(turned, w0, r.z);
     r.dz = r.dz + (turned + turned);
     r.wBegin = hn::Neg(w0);
+    return r;
+}
+
+/// What a ray needs that goes from cell to cell.
+HWY_INLINE void addInverses(const TerrainCut& cut, const MarchTile& tile, ColumnRays& r) {
+    r.inverseDx = inverseOf(r.dx);
+    r.inverseDy = inverseOf(r.dy);
     if (tile.eyeOutside) {
         const VF left = setF(static_cast<float>(-tile.anchorX)) - r.x;
         const VF top = setF(static_cast<float>(-tile.anchorY)) - r.y;
@@ -64,7 +69,6 @@ HWY_INLINE ColumnRays makeRays(const TerrainCut& cut, const MarchTile& tile, con
         const VF by = hn::MulAdd(setF(static_cast<float>(cut.cellsY)), r.inverseDy, ay);
         r.wBegin = hn::Max(r.wBegin, hn::Max(hn::Min(ax, bx), hn::Min(ay, by)));
     }
-    return r;
 }
 
 /// Bounds of the float rays' errors, the same for a whole packet: height0 + height1 |w| metres, and
@@ -221,9 +225,11 @@ HWY_INLINE MarchCell lookAt(const TerrainCut& cut, const Pools& pools, const Mar
     const VF farthest = hn::Max(hn::Abs(k.wIn), hn::Abs(k.wOut));
     const VF shift = hn::MulAdd(setF(e.shift1), farthest, setF(e.shift0)) * inverse;
     const MF corner = isAtCorner(u1, v1, shift);
-    // A ray that touches a corner of a hole may meet the next cell's there.
-    k.open = hn::And(c.hole, maskI(hn::Or(corner, isAtCorner(k.u, k.v, shift))));
-    k.hole = hn::AndNot(k.open, c.hole);
+    k.open = k.hole = noLanes();
+    if (cut.hasHoles != 0) {  // a ray that touches a corner of one may meet the next cell's there
+        k.open = hn::And(c.hole, maskI(hn::Or(corner, isAtCorner(k.u, k.v, shift))));
+        k.hole = hn::AndNot(k.open, c.hole);
+    }
     k.error = errorIn({farthest, shift, corner, hn::Abs(b) + hn::Abs(a) + hn::Abs(d) + hn::Abs(d),
                        hn::Max(hn::Abs(ground0), hn::Abs(ground1))},
                       e, cut.maxDelta);
@@ -256,29 +262,45 @@ HWY_INLINE MarchStep nextCell(const TerrainCut& cut, const MarchTile& tile, cons
     return s;
 }
 
+/// Where f0 + slope s + f2 s^2 goes through zero from above, and |f'| there.
+struct MarchRoot {
+    VF s, rate, disc;
+};
+HWY_INLINE MarchRoot rootOf(VF f0, VF slope, VF f2) {
+    const VF zero = hn::Zero(DF());
+    MarchRoot r;
+    r.disc = hn::Max(hn::NegMulAdd(setF(4.0f) * f2, f0, slope * slope), zero);
+    r.rate = hn::Sqrt(r.disc);
+    const MF falling = slope <= zero;
+    const VF numerator = hn::IfThenElse(falling, f0 + f0, hn::Neg(slope + r.rate));
+    const VF denominator = hn::IfThenElse(falling, r.rate - slope, f2 + f2);
+    r.s = numerator / denominator;
+    return r;
+}
+
+/// Lanes whose hit at distance t float arithmetic tells well enough. The tolerance of
+/// docs/surface.md: |dt| <= max(1 mm, 1e-5 t, 2 eps / |f'|). Half of it.
+HWY_INLINE MF isPlaced(const MarchRoot& root, VF slope, const ColumnRays& r, VF t, VF error,
+                       float rounding) {
+    const VF allowed = hn::Max(setF(5e-4f), t * setF(5e-6f));
+    const MF near = hn::Or(error * r.length <= allowed * root.rate, error <= setF(2.0f * rounding));
+    return hn::And(near, root.disc > setF(1e-3f) * (slope * slope));
+}
+
 /// Fixes the hits of a packet: where f goes through zero from above. Returns the lanes for which
 /// float arithmetic tells the distance well enough.
 HWY_INLINE MI fixHits(const MarchTile& tile, const ColumnRays& r, const MarchCell& k, MarchLanes& m,
                       size_t p, MI hits, float rounding) {
     const VF zero = hn::Zero(DF()), one = setF(1.0f);
-    const VF disc = hn::Max(hn::NegMulAdd(setF(4.0f) * k.f2, k.f0, k.slope * k.slope), zero);
-    const VF root = hn::Sqrt(disc);  // |f'| at the hit
-    const MF falling = k.slope <= zero;
-    const VF numerator = hn::IfThenElse(falling, k.f0 + k.f0, hn::Neg(k.slope + root));
-    const VF denominator = hn::IfThenElse(falling, root - k.slope, k.f2 + k.f2);
-    const VF length = k.wOut - k.wIn;
-    const VF s = hn::Min(hn::Max(numerator / denominator, zero), length);
+    const MarchRoot root = rootOf(k.f0, k.slope, k.f2);
+    const VF s = hn::Min(hn::Max(root.s, zero), k.wOut - k.wIn);
     const VF w = k.wIn + (s + setF(static_cast<float>(tile.w0)));
     const VF t = w * r.length;
-    // The tolerance of docs/surface.md: |dt| <= max(1 mm, 1e-5 t, 2 eps / |f'|). Half of it.
-    const VF allowed = hn::Max(setF(5e-4f), t * setF(5e-6f));
-    const MF near = hn::Or(k.error * r.length <= allowed * root, k.error <= setF(2.0f * rounding));
-    const MF steady = disc > setF(1e-3f) * (k.slope * k.slope);
     storeF(hits, t, m.t + p);
     storeF(hits, hn::Min(hn::Max(hn::MulAdd(k.du, s, k.u), zero), one), m.u + p);
     storeF(hits, hn::Min(hn::Max(hn::MulAdd(k.dv, s, k.v), zero), one), m.v + p);
     storeF(hits, hn::MulAdd(w, r.forward, r.forward0), m.forward + p);
-    return hn::And(hits, maskI(hn::And(near, steady)));
+    return hn::And(hits, maskI(isPlaced(root, k.slope, r, t, k.error, rounding)));
 }
 
 }  // namespace terray::simd::HWY_NAMESPACE
