@@ -85,6 +85,8 @@ void LookOptions::addTo(CLI::App& command) {
     addLight(command, render);
     addDecoration(command, render);
     addSurface(command, render);
+    addSwitch(command, kSurface, "--allow-missing",
+              "draw a coarser tile where one of a store cannot be read", render.allowMissing);
     addText(command, kTechnique, "--technique", "NAME",
             "see 'terray techniques' (default ray_cast)",
             [this](const std::string& text) { render.technique = text; });

@@ -67,6 +67,10 @@ struct RenderOptions {
     double contoursM = 0;            ///< interval in metres, 0 = none
     bool legend = false, scaleBar = false, northArrow = false, base = false;
     double reliefOnPhotoPercent = 50;
+
+    /// Of a store whose tiles come on demand. False: coarser ones stand in for those on their way.
+    bool waitForTiles = true;
+    bool allowMissing = false;  ///< a coarser one stands in for a tile that cannot be read
 };
 
 /// What the arbitrary outputs hold; float, one value (position, normal: three) a pixel, NaN for a

@@ -27,8 +27,13 @@ struct RenderStats {
     double stepsPerRay = 0;
     double bytesPerSample = 0;  ///< resident terrain over samples of mip 0
     uint64_t residentBytes = 0, peakRssBytes = 0;
-    double tolerancePx = 0, maxErrorMetres = 0;
+    double tolerancePx = 0;  ///< as drawn: memory may not allow what was asked for
+    double maxErrorMetres = 0;
     std::vector<uint64_t> tilesPerMip;  ///< drawn tiles
+    bool onDemand = false;              ///< not all tiles are resident; else the next are 0
+    uint64_t tilesWanted = 0, tilesLoaded = 0, tilesEvicted = 0;
+    uint64_t tilesAbsent = 0;  ///< wanted, but on their way or unreadable
+    uint64_t tilesLate = 0;    ///< drawn in place of finer ones that were not there
 };
 
 /// One JSON object with snake_case keys (device, technique, primary_ms, ...).

@@ -249,6 +249,7 @@ Result<FlyReport> flyOver(const Terrain& terrain, const Flight& flight,
     if (!plan) return plan.error();
     auto output = FlyOutput::begin(*plan);
     if (!output) return output.error();
+    look->waitForTiles = !fly.realtime;
     FlyRun run(terrain, *over, *look, fly, **output);
     const Result<void> done =
         fly.realtime ? run.inRealTime(plan->first, plan->last) : run.all(plan->first, plan->last);

@@ -12,7 +12,7 @@ using Json = nlohmann::ordered_json;
 /// The row of a frame: new figures are added here, and appear in both formats. An array becomes as
 /// many columns, numbered.
 Json rowOf(const FrameFigures& f) {
-    return {
+    Json row = {
         {"frame", f.frame},
         {"time", f.time},
         {"eye_x", f.eyeX},
@@ -30,6 +30,15 @@ Json rowOf(const FrameFigures& f) {
         {"peak_rss_bytes", f.render.peakRssBytes},
         {"tiles_mip", f.render.tilesPerMip},
     };
+    if (f.render.onDemand) {
+        row["tolerance_px"] = f.render.tolerancePx;
+        row["tiles_wanted"] = f.render.tilesWanted;
+        row["tiles_loaded"] = f.render.tilesLoaded;
+        row["tiles_evicted"] = f.render.tilesEvicted;
+        row["tiles_absent"] = f.render.tilesAbsent;
+        row["tiles_late"] = f.render.tilesLate;
+    }
+    return row;
 }
 
 }  // namespace

@@ -165,7 +165,10 @@ Result<std::unique_ptr<Frame>> makeFrame(const Terrain::State& state, const View
     frame->options.shadows = options.shadows && !sun->belowHorizon;
     frame->held = std::move(held);
     CutOptions cut = cutOptions(options, bend, *sun);
-    TERRAY_TRY(bringTiles(*state.resident, camera, cut));
+    auto tiles = bringTiles(*state.resident, camera, options, cut);
+    if (!tiles) return tiles.error();
+    frame->tiles = *tiles;
+    frame->tolerancePx = cut.tolerancePx;
     frame->cut = selectCut(*state.resident, camera, cut);
     auto technique = makeTechnique(options.technique);
     if (!technique) return technique.error();

@@ -31,6 +31,8 @@ struct Frame {
     std::unique_ptr<Shader> shader;
     std::unique_ptr<Annotations> annotations;  ///< null if there are none
     RenderOptions options;
+    double tolerancePx = 0;  ///< of the cut
+    TileFigures tiles;
     double setupMs = 0;
 
     const Camera& camera() const { return rays.camera(); }

@@ -52,7 +52,13 @@ RenderStats collectStats(const Terrain::State& state, const Frame& frame,
     s.bytesPerSample = static_cast<double>(s.residentBytes) /
                        (static_cast<double>(scheme.columns) * static_cast<double>(scheme.rows));
     s.peakRssBytes = peakResidentBytes();
-    s.tolerancePx = frame.options.tolerancePx;
+    s.tolerancePx = frame.tolerancePx;
+    s.onDemand = state.resident->streamer() != nullptr;
+    s.tilesWanted = frame.tiles.wanted;
+    s.tilesLoaded = frame.tiles.loaded;
+    s.tilesEvicted = frame.tiles.evicted;
+    s.tilesAbsent = frame.tiles.absent;
+    s.tilesLate = frame.cut.standIns();
     s.maxErrorMetres = static_cast<double>(frame.cut.cut().maxError);
     s.tilesPerMip = frame.cut.tilesPerMip();
     return s;

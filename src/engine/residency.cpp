@@ -28,43 +28,63 @@ TileId tileAt(const TilingScheme& scheme, double i, double j) {
     return {0, std::min(x, scheme.tilesX(0) - 1), std::min(y, scheme.tilesY(0) - 1)};
 }
 
-}  // namespace
-
-Result<void> bringTiles(const ResidentTerrain& terrain, const Camera& camera, CutOptions& options) {
-    Streamer* streamer = terrain.streamer();
-    if (streamer == nullptr) return {};
-    const double asked = options.tolerancePx;
-    std::vector<TileId> wanted = wantedTiles(terrain, camera, options);
+/// What a picture wants, or less where there is no room for it.
+Result<std::vector<TileId>> tilesThatFit(const ResidentTerrain& terrain, const Camera& camera,
+                                         CutOptions& cut) {
+    const size_t room = terrain.streamer()->room();
+    const double asked = cut.tolerancePx;
+    std::vector<TileId> wanted = wantedTiles(terrain, camera, cut);
     const size_t first = wanted.size();
-    for (int k = 0; k < kCoarserShading && wanted.size() > streamer->room(); ++k) {
-        options.sampleShare *= 2;
-        wanted = wantedTiles(terrain, camera, options);
+    for (int k = 0; k < kCoarserShading && wanted.size() > room; ++k) {
+        cut.sampleShare *= 2;
+        wanted = wantedTiles(terrain, camera, cut);
     }
-    while (wanted.size() > streamer->room() && asked > 0 &&
-           options.tolerancePx < kLargestTolerance) {
-        options.tolerancePx *= kStep;
-        wanted = wantedTiles(terrain, camera, options);
+    while (wanted.size() > room && asked > 0 && cut.tolerancePx < kLargestTolerance) {
+        cut.tolerancePx *= kStep;
+        wanted = wantedTiles(terrain, camera, cut);
     }
-    if (wanted.size() > streamer->room()) {
-        return makeError(
-            ErrorCode::Input,
-            "this picture of '{}' takes {} tiles, but memory holds {}; raise --memory "
-            "to {:.1f} times as much",
-            terrain.info().name, wanted.size(), streamer->room(),
-            1.1 * static_cast<double>(wanted.size()) / static_cast<double>(streamer->room()));
+    if (wanted.size() > room) {
+        return makeError(ErrorCode::Input,
+                         "this picture of '{}' takes {} tiles, but memory holds {}; raise --memory "
+                         "to {:.1f} times as much",
+                         terrain.info().name, first, room,
+                         1.1 * static_cast<double>(first) / static_cast<double>(room));
     }
-    if (options.tolerancePx > asked) {
+    // The same words for every frame of a flight.
+    if (cut.tolerancePx > asked) {
         log::warning(
-            "memory holds {} tiles and a tolerance of {:g} pixels takes {}: drawn with {:.2f} "
-            "pixels (raise --memory)",
-            streamer->room(), asked, first, options.tolerancePx);
+            "memory holds {} tiles, too few for a tolerance of {:.2g} pixels: drawn with a larger "
+            "one (--stats tells which; raise --memory)",
+            room, asked);
     } else if (wanted.size() < first) {
         log::note(
-            "memory holds {} tiles of {}: relief that shows in shading alone is coarser "
-            "(raise --memory)",
-            streamer->room(), first);
+            "memory holds {} tiles: relief that shows in shading alone is coarser (raise --memory)",
+            room);
     }
-    return streamer->bring(wanted);
+    return wanted;
+}
+
+}  // namespace
+
+Result<TileFigures> bringTiles(const ResidentTerrain& terrain, const Camera& camera,
+                               const RenderOptions& options, CutOptions& cut) {
+    Streamer* streamer = terrain.streamer();
+    if (streamer == nullptr) return TileFigures{};
+    auto wanted = tilesThatFit(terrain, camera, cut);
+    if (!wanted) return wanted.error();
+    const StreamFigures before = streamer->figures();
+    if (options.waitForTiles) {
+        const Result<void> brought = streamer->bring(*wanted);
+        const bool isBroken = !brought && brought.error().code != ErrorCode::Interrupted;
+        if (isBroken && !options.allowMissing)
+            return makeError(ErrorCode::Failed, "{} (--allow-missing draws a coarser one instead)",
+                             brought.error().message);
+        if (!brought && !isBroken) return brought.error();
+    }
+    const uint64_t absent = streamer->update(*wanted);
+    const StreamFigures& after = streamer->figures();
+    return TileFigures{wanted->size(), after.loaded - before.loaded, after.evicted - before.evicted,
+                       absent};
 }
 
 FinestGround::FinestGround(const ResidentTerrain& terrain) : terrain_(terrain) {

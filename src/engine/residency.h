@@ -9,13 +9,21 @@
 #include "kernel/height.h"
 #include "stream/cut.h"
 #include "stream/resident.h"
+#include "terray/options.h"
 
 namespace terray {
 
-/// Brings all tiles that a picture wants. Where they do not fit, asks for less in `options`: first
-/// of the relief that shading shows, then of the tolerance, and says so. Error Input when even that
-/// does not fit, or a tile cannot be read; Interrupted.
-Result<void> bringTiles(const ResidentTerrain& terrain, const Camera& camera, CutOptions& options);
+struct TileFigures {
+    uint64_t wanted = 0, loaded = 0, evicted = 0;
+    uint64_t absent = 0;  ///< wanted, but on their way or unreadable
+};
+
+/// Brings all tiles that a picture wants, or, without waitForTiles, those that have arrived. Where
+/// they do not fit, asks for less in `cut`: first of the relief that shading shows, then of the
+/// tolerance, and says so. Error: Input when even that does not fit; Failed when a tile cannot be
+/// read and none may be missing; Interrupted.
+Result<TileFigures> bringTiles(const ResidentTerrain& terrain, const Camera& camera,
+                               const RenderOptions& options, CutOptions& cut);
 
 /// The finest surface at single places. confined; while it is used nobody else may bring tiles, or
 /// it brings its own again.

@@ -40,6 +40,13 @@ std::string toJson(const RenderStats& s) {
         {"max_error_metres", s.maxErrorMetres},
         {"tiles_per_mip", s.tilesPerMip},
     };
+    if (s.onDemand) {
+        json["tiles_wanted"] = s.tilesWanted;
+        json["tiles_loaded"] = s.tilesLoaded;
+        json["tiles_evicted"] = s.tilesEvicted;
+        json["tiles_absent"] = s.tilesAbsent;
+        json["tiles_late"] = s.tilesLate;
+    }
     return json.dump(2);
 }
 

@@ -92,8 +92,9 @@ Result<void> DeferredShader::prepare(ShadeCache& cache) {
     if (!isLit(settings_.shading)) return {};
     const TerrainInfo& info = terrain_.info();
     if (sweepPays(terrain_, cut_, rays_.camera(), settings_))
-        sunSweeps_ = settings_.sunSweeps ? settings_.sunSweeps
-                                         : std::make_shared<SunSweepCache>(mostSunSweepBytes(terrain_));
+        sunSweeps_ = settings_.sunSweeps
+                         ? settings_.sunSweeps
+                         : std::make_shared<SunSweepCache>(mostSunSweepBytes(terrain_));
     std::optional<Overview> overview;
     const bool voids = cut_.hasHoles != 0 && background_.kind == Background::Kind::Sky;
     if (settings_.options.base || voids)

@@ -45,7 +45,7 @@ public:
 
     const TerrainInfo& info() const { return info_; }  ///< minZ, maxZ are exact
     int mipCount() const;
-    uint64_t residentBytes() const;  ///< of all slots and tables
+    uint64_t residentBytes() const;    ///< of all slots and tables
     uint32_t slotOf(TileId id) const;  ///< kNoSlot outside, or if it is not resident
     /// Who brings tiles; null if all are resident.
     Streamer* streamer() const { return streamer_.get(); }
