@@ -49,11 +49,14 @@ def include_flags(build):
 
 
 class Cache:
-    """Remembers what passed: a key is the hash of all that the outcome depends on."""
+    """Remembers what passed, for all checkouts of a user: a key is the hash of all that the outcome depends on."""
 
-    def __init__(self, folder):
-        self.folder = folder
-        folder.mkdir(parents=True, exist_ok=True)
+    def __init__(self):
+        home = os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache"
+        self.folder = pathlib.Path(home) / "terray-checks"
+        self.folder.mkdir(parents=True, exist_ok=True)
+        # Compilers and third-party headers.
+        self.packages = run(["dpkg-query", "-W", "*-dev", "g++*", "clang-tidy*"]).stdout
 
     def passed(self, key):
         return (self.folder / key).exists()
@@ -81,10 +84,10 @@ def text_hash(root, path, *extra):
 def check_headers(root, build):
     """Each header compiles alone, with the warnings of the build as errors."""
     flags = include_flags(build)
-    cache = Cache(build / "checked")
+    cache = Cache()
 
     def compile_alone(path):
-        key = text_hash(root, path, "header", flags)
+        key = text_hash(root, path, "header", path.relative_to(root), cache.packages, [f.replace(str(root), ".") for f in flags])
         if cache.passed(key):
             return []
         result = run(["g++", "-fsyntax-only", "-Wall", "-Wextra", "-Werror", *flags,
@@ -120,12 +123,12 @@ def check_tidy(root, build):
     """clang-tidy with the rules of .clang-tidy; unit tests, and what passed before unchanged, are left out."""
     if not shutil.which("clang-tidy"):
         return ["clang-tidy is missing: scripts/install-deps"]
-    cache = Cache(build / "checked")
+    cache = Cache()
     config = (root / ".clang-tidy").read_text()
     commands = {c["file"]: c for c in json.loads((build / "compile_commands.json").read_text())}
 
     def tidy(path):
-        key = text_hash(root, path, "tidy", config, commands[str(path)]["command"])
+        key = text_hash(root, path, "tidy", cache.packages, config, commands[str(path)]["command"].replace(str(root), "."))
         if cache.passed(key):
             return []
         result = run(["clang-tidy", "-p", str(build), "--quiet", str(path)])

@@ -149,7 +149,6 @@ Result<PlacedView> placeView(const Terrain::State& state, const View& view,
 Result<std::unique_ptr<Frame>> makeFrame(const Terrain::State& state, const View& view,
                                          const RenderOptions& options) {
     const Stopwatch watch;
-    auto held = state.holdTiles();
     auto placed = placeView(state, view, options);
     if (!placed) return placed.error();
     const auto& [places, resolved, bend, camera] = *placed;
@@ -163,7 +162,6 @@ Result<std::unique_ptr<Frame>> makeFrame(const Terrain::State& state, const View
                                          options.exaggeration, bend);
     frame->options = options;
     frame->options.shadows = options.shadows && !sun->belowHorizon;
-    frame->held = std::move(held);
     CutOptions cut = cutOptions(options, bend, *sun);
     auto tiles = bringTiles(*state.resident, camera, options, cut);
     if (!tiles) return tiles.error();

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <memory>
-#include <mutex>
 
 #include "engine/places.h"
 #include "engine/terrain_state.h"
@@ -25,7 +24,6 @@ struct Frame {
     Frame& operator=(const Frame&) = delete;
 
     RayFrame rays;
-    std::unique_lock<std::mutex> held;  ///< of the tiles, where they come and go
     FrameCut cut;
     std::unique_ptr<Technique> technique;
     std::unique_ptr<Shader> shader;
@@ -52,6 +50,7 @@ struct PlacedView {
 Result<PlacedView> placeView(const Terrain::State& state, const View& view,
                              const RenderOptions& options);
 
+/// Where tiles come and go, they are held (Terrain::State) as long as the frame is used.
 Result<std::unique_ptr<Frame>> makeFrame(const Terrain::State& state, const View& view,
                                          const RenderOptions& options);
 

@@ -69,6 +69,8 @@ template <class Work>
 Result<RenderStats> inArena(const Terrain& terrain, Work work) {
     try {
         Result<RenderStats> result = RenderStats{};
+        // Before entering the arena: a thread that waits in there may take up other work.
+        const auto held = terrain.state().holdTiles();
         terrain.state().arena.execute([&] { result = work(terrain.state()); });
         return result;
     } catch (const std::bad_alloc&) {

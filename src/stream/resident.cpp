@@ -107,7 +107,8 @@ Result<std::unique_ptr<ResidentTerrain>> ResidentTerrain::stream(std::unique_ptr
     const Stopwatch loading;
     const TerrainInfo& info = source->info();
     const double perSlot = poolSizes(info, 1).total() - poolSizes(info, 0).total();
-    const double left = static_cast<double>(poolBytes) - poolSizes(info, 0).total();
+    // The source keeps the bounds of all tiles, too.
+    const double left = static_cast<double>(poolBytes) - 2 * poolSizes(info, 0).total();
     const double most = std::min(std::floor(std::max(left, 0.0) / perSlot), kMostSlots);
     double kept = 0;
     for (int mip = firstKept; mip < info.scheme.mipCount(); ++mip) {
