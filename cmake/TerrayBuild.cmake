@@ -32,6 +32,7 @@ if(TERRAY_SANITIZE)
   target_link_options(terray_settings INTERFACE -fsanitize=${TERRAY_SANITIZE})
 endif()
 
+set(TERRAY_LONG_TESTS bake engine kernel stream)
 if(TERRAY_BUILD_TESTS)
   add_custom_target(unit_tests)  # all unit-test programs
 endif()
@@ -47,6 +48,10 @@ function(terray_room NAME)
     target_link_libraries(${NAME}_test PRIVATE terray_${NAME} ${ROOM_TEST_DEPS} GTest::gtest GTest::gmock GTest::gtest_main)
     add_test(NAME ${NAME} COMMAND ${NAME}_test)
     set_tests_properties(${NAME} PROPERTIES TIMEOUT 600 LABELS unit)
+    list(FIND TERRAY_LONG_TESTS ${NAME} place)
+    if(place GREATER -1)
+      set_tests_properties(${NAME} PROPERTIES COST 100)  # begun first, so that cores are not left idle at the end
+    endif()
     add_dependencies(unit_tests ${NAME}_test)
     # Tests are compiled more often than run: up to a third sooner so.
     target_compile_options(${NAME}_test PRIVATE $<IF:$<BOOL:${TERRAY_SANITIZE}>,-O0,-O1>)
