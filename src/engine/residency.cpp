@@ -31,19 +31,20 @@ TileId tileAt(const TilingScheme& scheme, double i, double j) {
 /// What a picture wants, or less where there is no room for it.
 Result<std::vector<TileId>> tilesThatFit(const ResidentTerrain& terrain, const Camera& camera,
                                          CutOptions& cut) {
-    const size_t room = terrain.streamer()->room();
+    const Streamer& streamer = *terrain.streamer();
+    const size_t room = streamer.room();
     const double asked = cut.tolerancePx;
     std::vector<TileId> wanted = wantedTiles(terrain, camera, cut);
     const size_t first = wanted.size();
-    for (int k = 0; k < kCoarserShading && wanted.size() > room; ++k) {
+    for (int k = 0; k < kCoarserShading && !streamer.fits(wanted); ++k) {
         cut.sampleShare *= 2;
         wanted = wantedTiles(terrain, camera, cut);
     }
-    while (wanted.size() > room && asked > 0 && cut.tolerancePx < kLargestTolerance) {
+    while (!streamer.fits(wanted) && asked > 0 && cut.tolerancePx < kLargestTolerance) {
         cut.tolerancePx *= kStep;
         wanted = wantedTiles(terrain, camera, cut);
     }
-    if (wanted.size() > room) {
+    if (!streamer.fits(wanted)) {
         return makeError(ErrorCode::Input,
                          "this picture of '{}' takes {} tiles, but memory holds {}; raise --memory "
                          "to {:.1f} times as much",

@@ -51,6 +51,11 @@ Result<std::unique_ptr<Streamer>> Streamer::make(const TileSource& source,
     return streamer;
 }
 
+bool Streamer::fits(std::span<const TileId> tiles) const {
+    const auto comes = [&](TileId id) { return id.mip < pool_.firstKept; };
+    return static_cast<size_t>(std::count_if(tiles.begin(), tiles.end(), comes)) <= room_;
+}
+
 size_t Streamer::update(std::span<const TileId> wanted) {
     ++now_;
     show(loader_.take(std::chrono::milliseconds(0)));

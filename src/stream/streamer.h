@@ -27,12 +27,14 @@ public:
 
     /// Slots for tiles of finer mips than those that stay.
     size_t room() const { return room_; }
+    /// True if there is a slot for each of the tiles.
+    bool fits(std::span<const TileId> tiles) const;
 
     /// Shows the tiles that have arrived and asks for the wanted ones that are absent, the first
     /// ones first. Returns at once; the number of wanted tiles that are absent.
     size_t update(std::span<const TileId> wanted);
 
-    /// The same until all wanted tiles are there. At most room() of them may be wanted. What cannot
+    /// The same until all wanted tiles are there. They must fit. What cannot
     /// be read is tried again a few times; then the error of such a tile (the others are there).
     /// Interrupted.
     Result<void> bring(std::span<const TileId> wanted);
