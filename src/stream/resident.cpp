@@ -79,7 +79,7 @@ Result<std::unique_ptr<ResidentTerrain>> ResidentTerrain::build(const HeightSour
     releaseFreedMemory();
     stats.buildMs = building.elapsedMs();
     stats.holes = loaded.value().holes;
-    stats.residentBytes = static_cast<uint64_t>(poolSizes(made.info_).total());
+    stats.residentBytes = made.residentBytes();
     return terrain;
 }
 
@@ -97,7 +97,7 @@ Result<std::unique_ptr<ResidentTerrain>> ResidentTerrain::build(const TileSource
     TERRAY_TRY(takeMips(source, *made.pool_));
     stats.buildMs = building.elapsedMs();
     stats.holes = source.holes();
-    stats.residentBytes = static_cast<uint64_t>(poolSizes(made.info_).total());
+    stats.residentBytes = made.residentBytes();
     return terrain;
 }
 
@@ -133,7 +133,7 @@ Result<std::unique_ptr<ResidentTerrain>> ResidentTerrain::stream(std::unique_ptr
     terrain->streamer_ = std::move(*streamer);
     stats.loadMs = loading.elapsedMs();
     stats.holes = source->holes();
-    stats.residentBytes = static_cast<uint64_t>(poolSizes(info, most).total());
+    stats.residentBytes = terrain->residentBytes();
     terrain->source_ = std::move(source);
     return terrain;
 }

@@ -20,13 +20,9 @@ public:
     /// minZ: the terrain's lowest height, where shadows end.
     Selector(const Affine2& worldFromLattice, double minZ, const Camera& camera,
              const CutOptions& options);
-    /// True if what the block draws lies within the tolerance of mip 0, and its shadows too.
-    bool serves(const BlockBounds& block, const LatticeBox& box) const {
-        return servesInView(block, box) && servesInShadows(block, box);
-    }
-    /// The first half of it.
+    /// True if what the block draws lies within the tolerance of mip 0.
     bool servesInView(const BlockBounds& block, const LatticeBox& box) const;
-    /// The other half.
+    /// True if the shadows of what it draws do.
     bool servesInShadows(const BlockBounds& block, const LatticeBox& box) const;
 
     struct Heights {
