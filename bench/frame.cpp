@@ -34,7 +34,7 @@ struct FrameOptions {
 };
 
 /// Medians over the repetitions, milliseconds; parts are CPU time over the number of threads.
-struct Figures {
+struct FrameFigures {
     double firstMs = 0, ms = 0, cpuMs = 0;
     double setupMs = 0, primaryMs = 0, shadowMs = 0, shadeMs = 0, displayMs = 0;
     RenderStats last;
@@ -98,11 +98,11 @@ Result<View> viewOf(const Terrain& terrain, const NamedCamera& named) {
     return view;
 }
 
-Result<Figures> measure(const Terrain& terrain, const View& view, const RenderOptions& options,
-                        int reps) {
+Result<FrameFigures> measure(const Terrain& terrain, const View& view, const RenderOptions& options,
+                             int reps) {
     std::vector<uint8_t> rgba(static_cast<size_t>(view.width) * static_cast<size_t>(view.height) *
                               4);
-    Figures figures;
+    FrameFigures figures;
     std::vector<double> ms, cpu, setup, primary, shadow, shade, display;
     for (int rep = -1; rep < reps; ++rep) {
         const double cpuStart = cpuMs();
@@ -134,7 +134,7 @@ Result<Figures> measure(const Terrain& terrain, const View& view, const RenderOp
 
 nlohmann::json jsonOf(const FrameOptions& options, const std::string& source,
                       const std::string& shading, const std::string& camera, int threads,
-                      const Figures& f) {
+                      const FrameFigures& f) {
     const double pixels = static_cast<double>(options.width) * options.height;
     const auto perPixel = [&](double ms) { return ms * threads * 1e6 / pixels; };
     return {{"bench", "frame"},
@@ -166,7 +166,7 @@ nlohmann::json jsonOf(const FrameOptions& options, const std::string& source,
             {"shadow_rays", f.last.shadowRays}};
 }
 
-void printTable(const std::vector<nlohmann::json>& lines) {
+void printFrameTable(const std::vector<nlohmann::json>& lines) {
     fmt::print(
         "{:<9} {:<9} {:>7} {:>8} {:>8} {:>8} {:>7} {:>8} | core ns a pixel: {:>7} {:>7} {:>7} "
         "{:>7}\n",
@@ -240,7 +240,7 @@ int runFrame(const FrameOptions& options) {
             return report(done.error());
     fmt::print("{}, {} x {}, {} samples a pixel, median of {}\n", source, options.width,
                options.height, options.samples, options.reps);
-    printTable(lines);
+    printFrameTable(lines);
     for (const nlohmann::json& line : lines) fmt::print("{}\n", line.dump());
     return 0;
 }

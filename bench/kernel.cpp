@@ -19,7 +19,7 @@ struct KernelOptions : SpeedOptions {
     bool constant = false;
 };
 
-struct Figures {
+struct KernelFigures {
     Timing times;
     TraceCounters counters;
 };
@@ -44,16 +44,16 @@ TraceCounters traceFrame(const Technique& technique, const TerrainCut& cut, cons
     return sum;
 }
 
-Figures measure(const Technique& technique, const TerrainCut& cut, const RayFrame& frame,
-                int threads, int reps) {
-    Figures figures;
+KernelFigures measure(const Technique& technique, const TerrainCut& cut, const RayFrame& frame,
+                      int threads, int reps) {
+    KernelFigures figures;
     figures.times =
         timeRuns(threads, reps, [&] { figures.counters = traceFrame(technique, cut, frame); });
     return figures;
 }
 
 nlohmann::json jsonOf(const Scene& scene, const KernelOptions& options, const std::string& camera,
-                      int threads, const Figures& figures) {
+                      int threads, const KernelFigures& figures) {
     const TraceCounters& c = figures.counters;
     return {{"bench", "kernel"},
             {"terrain", scene.name},
@@ -78,7 +78,7 @@ nlohmann::json jsonOf(const Scene& scene, const KernelOptions& options, const st
             {"beam_share", static_cast<double>(c.beams) / static_cast<double>(c.rays)}};
 }
 
-void printTable(const std::vector<nlohmann::json>& lines) {
+void printKernelTable(const std::vector<nlohmann::json>& lines) {
     fmt::print("{:<10} {:>7} {:>10} {:>9} {:>14} {:>7} {:>10} {:>9} {:>9}\n", "camera", "threads",
                "M rays/s", "ms", "M rays/(cpu s)", "hits %", "steps/ray", "redone %", "column %");
     for (const nlohmann::json& line : lines) {
@@ -106,7 +106,7 @@ int runKernel(const KernelOptions& options) {
                 jsonOf(bench->scene, options, named.name, threads,
                        measure(*bench->technique, cut.cut(), frame, threads, options.reps)));
     }
-    printTable(lines);
+    printKernelTable(lines);
     for (const nlohmann::json& line : lines) fmt::print("{}\n", line.dump());
     return 0;
 }

@@ -29,7 +29,7 @@ struct TileRays {
     std::vector<uint8_t> cast, swept;
 };
 
-struct Figures {
+struct ShadowFigures {
     double rays = 0, dark = 0, wrong = 0;
     Timing casting, walking, sweeping;
     ShadowCounters counters;  ///< of one frame
@@ -84,9 +84,9 @@ std::vector<Counters> overTiles(std::vector<TileRays>& tiles, const Job& job) {
     return {counters.begin(), counters.end()};
 }
 
-Figures measure(std::vector<TileRays>& tiles, const TerrainCut& cut, const SunDirection& sun,
-                int threads, int reps) {
-    Figures f;
+ShadowFigures measure(std::vector<TileRays>& tiles, const TerrainCut& cut, const SunDirection& sun,
+                      int threads, int reps) {
+    ShadowFigures f;
     f.casting = timeRuns(threads, reps, [&] {
         f.cast = {};
         for (const TraceCounters& c : overTiles<TraceCounters>(
@@ -119,7 +119,7 @@ Figures measure(std::vector<TileRays>& tiles, const TerrainCut& cut, const SunDi
 }
 
 nlohmann::json jsonOf(const Scene& scene, const ShadowOptions& options, const std::string& camera,
-                      int threads, const Figures& f) {
+                      int threads, const ShadowFigures& f) {
     const auto rays = static_cast<double>(f.counters.rays);
     return {{"bench", "shadows"},
             {"terrain", scene.name},
@@ -150,7 +150,7 @@ nlohmann::json jsonOf(const Scene& scene, const ShadowOptions& options, const st
             {"differences", f.wrong}};
 }
 
-void printTable(const std::vector<nlohmann::json>& lines) {
+void printShadowTable(const std::vector<nlohmann::json>& lines) {
     fmt::print("{:<10} {:>7} {:>7} {:>14} {:>14} {:>6} {:>9} {:>9} {:>9} {:>9} {:>9} {:>6}\n",
                "camera", "threads", "dark %", "cast M/(cpu s)", "swept M/(cpu s)", "ratio",
                "sweep ms", "first ms", "cast ms", "cells/ray", "cast on %", "differ");
@@ -182,7 +182,7 @@ int runShadows(const ShadowOptions& options) {
             lines.push_back(jsonOf(bench->scene, options, named.name, threads,
                                    measure(tiles, cut.cut(), sun, threads, options.reps)));
     }
-    printTable(lines);
+    printShadowTable(lines);
     for (const nlohmann::json& line : lines) fmt::print("{}\n", line.dump());
     return 0;
 }

@@ -18,6 +18,19 @@ if(TERRAY_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${TERRAY_CCACHE})
 endif()
 
+# Several sources in one translation unit: headers are read once for all of them, which halves the time of a whole
+# build, but an edit costs more and a missing include does not show.
+set(TERRAY_UNITY none CACHE STRING "What is compiled several files at a time: none, tests (and other programs) or all")
+set_property(CACHE TERRAY_UNITY PROPERTY STRINGS none tests all)
+set(CMAKE_UNITY_BUILD_BATCH_SIZE 10)
+
+# terray_unity(TARGET WHEN...): if TERRAY_UNITY is one of these.
+function(terray_unity TARGET)
+  if(TERRAY_UNITY IN_LIST ARGN)
+    set_target_properties(${TARGET} PROPERTIES UNITY_BUILD ON)
+  endif()
+endfunction()
+
 # Every target of ours links this: warnings, include root, sanitizers.
 add_library(terray_settings INTERFACE)
 target_include_directories(terray_settings INTERFACE ${CMAKE_SOURCE_DIR}/include ${CMAKE_SOURCE_DIR}/src)
@@ -43,9 +56,11 @@ function(terray_room NAME)
   cmake_parse_arguments(ROOM "" "" "SOURCES;DEPS;TESTS;TEST_DEPS" ${ARGN})
   add_library(terray_${NAME} STATIC ${ROOM_SOURCES})
   target_link_libraries(terray_${NAME} PUBLIC terray_settings ${ROOM_DEPS})
+  terray_unity(terray_${NAME} all)
   if(TERRAY_BUILD_TESTS AND ROOM_TESTS)
     add_executable(${NAME}_test ${ROOM_TESTS})
     target_link_libraries(${NAME}_test PRIVATE terray_${NAME} ${ROOM_TEST_DEPS} GTest::gtest GTest::gmock GTest::gtest_main)
+    terray_unity(${NAME}_test tests all)
     add_test(NAME ${NAME} COMMAND ${NAME}_test)
     set_tests_properties(${NAME} PROPERTIES TIMEOUT 600 LABELS unit)
     list(FIND TERRAY_LONG_TESTS ${NAME} place)

@@ -123,24 +123,33 @@ def check_tidy(root, build):
     """clang-tidy with the rules of .clang-tidy; unit tests, and what passed before unchanged, are left out."""
     if not shutil.which("clang-tidy"):
         return ["clang-tidy is missing: scripts/install-deps"]
+    # Several sources at a time, as the preset joins them: headers are read once for all.
+    result = run(["cmake", "--preset", "tidy", "-S", str(root)])
+    if result.returncode:
+        return [f"cmake --preset tidy failed:\n{result.stdout}{result.stderr}"]
+    return tidy_sources(root, root / "build/tidy")
+
+
+def tidy_sources(root, joined):
+    """clang-tidy on all of a build folder's translation units that are not of tests."""
     cache = Cache()
     config = (root / ".clang-tidy").read_text()
-    commands = {c["file"]: c for c in json.loads((build / "compile_commands.json").read_text())}
+    commands = {c["file"]: c["command"] for c in json.loads((joined / "compile_commands.json").read_text())
+                if "_test.dir/" not in c["command"]}
 
-    def tidy(path):
-        key = text_hash(root, path, "tidy", cache.packages, config, commands[str(path)]["command"].replace(str(root), "."))
+    def tidy(file):
+        path = pathlib.Path(file)
+        key = text_hash(root, path, "tidy", cache.packages, config, commands[file].replace(str(root), "."))
         if cache.passed(key):
             return []
-        result = run(["clang-tidy", "-p", str(build), "--quiet", str(path)])
+        result = run(["clang-tidy", "-p", str(joined), "--quiet", file])
         if result.returncode == 0:
             cache.note(key)
             return []
         return [line.replace(f"{root}/", "") for line in result.stdout.splitlines() if " error: " in line] or [
-            f"{path.relative_to(root)}: clang-tidy failed:\n{result.stdout}{result.stderr}"]
+            f"{path.name}: clang-tidy failed:\n{result.stdout}{result.stderr}"]
 
-    sources = [p for p in code_files(root) if p.suffix == ".cpp" and str(p) in commands
-               and not p.stem.endswith("_test")]
-    return list(dict.fromkeys(in_parallel(tidy, sources)))
+    return list(dict.fromkeys(in_parallel(tidy, commands)))
 
 
 CHECKS = {

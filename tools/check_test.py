@@ -156,10 +156,10 @@ class Compiled(TreeTest):
     def test_tidy(self):
         self.write(".clang-tidy", (check.ROOT / ".clang-tidy").read_text())
         self.write("src/base/a.cpp", HEAD + "class A {\n    int b_ = 0;\n};\n")
-        self.assertEqual(check.check_tidy(self.root, self.build), [])
+        self.assertEqual(check.tidy_sources(self.root, self.build), [])
         for text in ("class A {\n    int b = 0;\n};\n", "int some_name();\n", "const int mips = 3;\n"):
             self.write("src/base/a.cpp", HEAD + text)
-            self.assertTrue(check.check_tidy(self.root, self.build), text)
+            self.assertTrue(check.tidy_sources(self.root, self.build), text)
 
 
 if __name__ == "__main__":

@@ -27,7 +27,7 @@ struct FlyFlags {
     std::string statsPath;
 };
 
-constexpr const char* kFooter =
+constexpr const char* kFlyFooter =
     "Examples:\n"
     "  terray fly dem.tif --flight over.txt -o film.mp4\n"
     "  terray fly dem.terray --flight over.txt -o film.webm --size 1280x720 --samples 2\n"
@@ -162,7 +162,7 @@ void addFly(CLI::App& program) {
     addFlight(*command, *flags);
     addFilm(*command, *flags);
     flags->look.addTo(*command);
-    command->footer(kFooter);
+    command->footer(kFlyFooter);
     command->callback([flags] { runFly(*flags); });
 }
 

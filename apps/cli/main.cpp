@@ -17,7 +17,7 @@ namespace {
 using namespace terray;
 using namespace terray::cli;
 
-constexpr const char* kFooter =
+constexpr const char* kMainFooter =
     "Examples:\n"
     "  terray info dem.tif\n"
     "  terray render dem.tif -o picture.png\n"
@@ -77,7 +77,7 @@ int parse(CLI::App& program, const std::vector<std::string>& arguments) {
 int run(const std::vector<std::string>& arguments) {
     CLI::App program("Terray: see a terrain, exactly and at once.", "terray");
     program.set_version_flag("--version", version(), "print the version");
-    program.footer(kFooter);
+    program.footer(kMainFooter);
     program.require_subcommand(1);
     program.get_formatter()->column_width(34);
     addInfo(program);

@@ -28,7 +28,7 @@ struct RenderFlags {
     OutputFlags output;
 };
 
-constexpr const char* kFooter =
+constexpr const char* kRenderFooter =
     "Examples:\n"
     "  terray render dem.tif\n"
     "  terray render dem.tif -o picture.jpg --size 3840x2160 --samples 8\n"
@@ -115,7 +115,7 @@ void addRender(CLI::App& program) {
     flags->view.addTo(*command);
     flags->look.addTo(*command);
     flags->output.addTo(*command);
-    command->footer(kFooter);
+    command->footer(kRenderFooter);
     command->callback([flags] { runRender(*flags); });
 }
 

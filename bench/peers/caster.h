@@ -21,6 +21,11 @@ struct Scratch {
     TraceCounters counters;
 };
 
+/// Of a pixel in its tile, row by row.
+inline size_t indexOf(const ImageTile& tile, int x, int y) {
+    return static_cast<size_t>(y) * static_cast<size_t>(tile.width) + static_cast<size_t>(x);
+}
+
 /// const-shared: castTile is called from many threads.
 class Caster {
 public:

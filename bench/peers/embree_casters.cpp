@@ -119,10 +119,6 @@ void fillConstants(Rays& rays, int lanes) {
     }
 }
 
-size_t indexOf(const ImageTile& tile, int x, int y) {
-    return static_cast<size_t>(y) * static_cast<size_t>(tile.width) + static_cast<size_t>(x);
-}
-
 /// The lanes of a packet at (left, top) that lie inside the tile: -1 valid, 0 not.
 template <int kLanes>
 void markLanes(const ImageTile& tile, int left, int top, int* valid) {
@@ -135,9 +131,9 @@ void readValues(const ImageTile& tile, const Scratch& scratch, std::span<float> 
 }
 
 template <int kLanes>
-class PacketCaster final : public Caster {
+class EmbreePacketCaster final : public Caster {
 public:
-    PacketCaster(const EmbreeScene& scene, const RayFrame& frame)
+    EmbreePacketCaster(const EmbreeScene& scene, const RayFrame& frame)
         : scene_(scene.scene()), pinhole_(frame, scene.origin()) {}
 
     void castTile(const ImageTile& tile, Scratch& scratch) const override {
@@ -175,9 +171,9 @@ private:
     Pinhole pinhole_;
 };
 
-class SingleCaster final : public Caster {
+class EmbreeSingleCaster final : public Caster {
 public:
-    SingleCaster(const EmbreeScene& scene, const RayFrame& frame)
+    EmbreeSingleCaster(const EmbreeScene& scene, const RayFrame& frame)
         : scene_(scene.scene()), pinhole_(frame, scene.origin()) {}
 
     void castTile(const ImageTile& tile, Scratch& scratch) const override {
@@ -214,9 +210,10 @@ private:
     Pinhole pinhole_;
 };
 
-class ShadowCaster final : public Caster {
+class EmbreeShadowCaster final : public Caster {
 public:
-    ShadowCaster(const EmbreeScene& scene, const RayFrame& frame, std::vector<float> distances)
+    EmbreeShadowCaster(const EmbreeScene& scene, const RayFrame& frame,
+                       std::vector<float> distances)
         : scene_(scene.scene()),
           pinhole_(frame, scene.origin()),
           distances_(std::move(distances)),
@@ -276,15 +273,15 @@ private:
 
 std::unique_ptr<Caster> makeEmbreeCaster(const EmbreeScene& scene, const RayFrame& frame,
                                          int lanes) {
-    if (lanes == 1) return std::make_unique<SingleCaster>(scene, frame);
-    if (lanes == 8) return std::make_unique<PacketCaster<8>>(scene, frame);
+    if (lanes == 1) return std::make_unique<EmbreeSingleCaster>(scene, frame);
+    if (lanes == 8) return std::make_unique<EmbreePacketCaster<8>>(scene, frame);
     TERRAY_ASSERT(lanes == 16);
-    return std::make_unique<PacketCaster<16>>(scene, frame);
+    return std::make_unique<EmbreePacketCaster<16>>(scene, frame);
 }
 
 std::unique_ptr<Caster> makeEmbreeShadowCaster(const EmbreeScene& scene, const RayFrame& frame,
                                                std::vector<float> distances) {
-    return std::make_unique<ShadowCaster>(scene, frame, std::move(distances));
+    return std::make_unique<EmbreeShadowCaster>(scene, frame, std::move(distances));
 }
 
 }  // namespace terray::bench

@@ -44,10 +44,6 @@ void forBlocks(const ImageTile& tile, const Work& work) {
         }
 }
 
-size_t indexOf(const ImageTile& tile, int x, int y) {
-    return static_cast<size_t>(y) * static_cast<size_t>(tile.width) + static_cast<size_t>(x);
-}
-
 void readHits(const ImageTile& tile, const Scratch& scratch, std::span<float> values) {
     for (size_t k = 0; k < tile.pixelCount(); ++k)
         values[k] =

@@ -12,7 +12,6 @@ namespace terray {
 namespace {
 
 constexpr size_t kOpenFiles = 6, kFewestBlocks = 24;
-constexpr size_t kBlockSamples = size_t{kBlockPosts} * kBlockPosts;
 
 }  // namespace
 

@@ -11,18 +11,11 @@
 namespace terray {
 namespace {
 
-constexpr int64_t kReadColumns = int64_t{kShardBlocks} * kBlockPosts;  ///< of a read, if cut
-constexpr int64_t kTallRows = 256;  ///< sources that like to be read this tall are in blocks
-constexpr int kBatchShare = 4;      ///< of the memory budget
+constexpr int kHeightShare = 4;  ///< of the memory budget
 
 /// Blocks [x0, x1) x [y0, y1) of mip 0, held in memory at once.
 struct Batch {
     int x0 = 0, x1 = 0, y0 = 0, y1 = 0;
-};
-
-/// What a thread reads at once.
-struct Window {
-    int64_t column = 0, row = 0, width = 0, height = 0;
 };
 
 Result<void> readInto(HeightReader& reader, const Window& w, std::span<float> out) {
@@ -53,7 +46,7 @@ public:
 
 private:
     std::vector<Batch> batches() const {
-        const auto budget = static_cast<int64_t>(shop_.plan.memoryBytes / kBatchShare);
+        const auto budget = static_cast<int64_t>(shop_.plan.memoryBytes / kHeightShare);
         const int64_t blockBytes = int64_t{kBlockPosts} * kBlockPosts * int64_t{sizeof(Post)};
         const int64_t blocks = std::max<int64_t>(budget / blockBytes, kShardBlocks);
         int rows = static_cast<int>(std::clamp<int64_t>(blocks / grid_.blocksX, 1, 64));

@@ -13,10 +13,8 @@
 namespace terray {
 namespace {
 
-constexpr int64_t kReadColumns = int64_t{kShardBlocks} * kBlockPosts;  ///< of a read, if cut
-constexpr int64_t kTallRows = 256;  ///< sources that like to be read this tall are in blocks
-constexpr int kBatchShare = 3;      ///< of the memory budget
-constexpr int kFilesOfThread = 4;   ///< in a batch
+constexpr int kPhotoShare = 3;     ///< of the memory budget
+constexpr int kFilesOfThread = 4;  ///< in a batch
 
 /// Readers keep their place in the file from batch to batch. synchronised.
 class ReaderPool {
@@ -57,10 +55,6 @@ struct LentReader {
     }
 };
 
-struct Window {
-    int64_t column = 0, row = 0, width = 0, height = 0;
-};
-
 class PhotoMaker {
 public:
     explicit PhotoMaker(Workshop& shop)
@@ -73,7 +67,7 @@ public:
     Result<void> run() {
         const int64_t blockBytes = static_cast<int64_t>(kPhotoBlockBytes);
         const int64_t blocks = std::max<int64_t>(
-            static_cast<int64_t>(shop_.plan.memoryBytes) / kBatchShare / blockBytes, kShardBlocks);
+            static_cast<int64_t>(shop_.plan.memoryBytes) / kPhotoShare / blockBytes, kShardBlocks);
         // enough files for all cores, and not so many that a stopped bake has lost much
         const int files = kFilesOfThread * tbb::this_task_arena::max_concurrency();
         const int64_t enough = (files + grid_.shardsX() - 1) / grid_.shardsX();

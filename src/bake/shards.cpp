@@ -5,8 +5,6 @@
 namespace terray {
 namespace {
 
-constexpr size_t kBlockSamples = size_t{kBlockPosts} * kBlockPosts;
-
 std::vector<float>& postsOf(Block& block, const float*) { return block.posts; }
 std::vector<uint16_t>& postsOf(Block& block, const uint16_t*) { return block.codes; }
 

@@ -9,6 +9,15 @@
 
 namespace terray {
 
+/// How sources are read: as tall as this, they are in blocks and are cut into columns too.
+constexpr int64_t kTallRows = 256;
+constexpr int64_t kReadColumns = int64_t{kShardBlocks} * kBlockPosts;
+
+/// What a thread reads at once.
+struct Window {
+    int64_t column = 0, row = 0, width = 0, height = 0;
+};
+
 /// synchronised, as its parts are.
 struct Workshop {
     const BakePlan& plan;

@@ -25,7 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-constexpr const char* kTerrain = "synthetic:fractal?size=300&cell=10&seed=3";
+constexpr const char* kFlownTerrain = "synthetic:fractal?size=300&cell=10&seed=3";
 constexpr const char* kKeys =
     "0    300,300,+300   45,-15\n"
     "0.5  900,700,+250   look-at 1800,1600\n"
@@ -59,7 +59,7 @@ protected:
     Result<FlyReport> flyOver(const FlyOptions& options, int threads = 0) const {
         OpenOptions open;
         open.threads = threads;
-        const auto terrain = Terrain::open(kTerrain, open);
+        const auto terrain = Terrain::open(kFlownTerrain, open);
         if (!terrain) return terrain.error();
         const auto flight = Flight::read(at("f.txt"));
         if (!flight) return flight.error();
@@ -80,7 +80,7 @@ TEST_F(FlyTest, FramesAreTheStillsOfTheirMoments) {
     EXPECT_DOUBLE_EQ(report->frames[10].time, 1);
     EXPECT_NEAR(report->frames[5].eyeX, 900, 1e-9);
 
-    const auto terrain = Terrain::open(kTerrain);
+    const auto terrain = Terrain::open(kFlownTerrain);
     const auto flight = Flight::read(at("f.txt"));
     RenderOptions look;
     look.samples = 2;

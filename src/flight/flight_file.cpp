@@ -12,7 +12,7 @@
 namespace terray {
 namespace {
 
-constexpr std::uintmax_t kMostBytes = 16u << 20;
+constexpr std::uintmax_t kMostFlightBytes = 16u << 20;
 constexpr size_t kMostKeys = 100'000, kMostLineBytes = 4096;
 constexpr const char* kKeyForm =
     "a key frame is: SECONDS X,Y,Z HEADING,PITCH[,ROLL] or SECONDS X,Y,Z look-at X,Y[,Z]";
@@ -231,13 +231,13 @@ Result<std::string> readFlightText(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     if (!file)
         return makeError(ErrorCode::Input, "{}: cannot be read; check its permissions", path);
-    std::string text(kMostBytes + 1, '\0');
+    std::string text(kMostFlightBytes + 1, '\0');
     file.read(text.data(), static_cast<std::streamsize>(text.size()));
     if (file.bad()) return makeError(ErrorCode::Input, "{}: reading it failed", path);
     text.resize(static_cast<size_t>(file.gcount()));
-    if (text.size() > kMostBytes)
+    if (text.size() > kMostFlightBytes)
         return makeError(ErrorCode::Input, "{}: {} MiB and more are no flight file", path,
-                         kMostBytes >> 20);
+                         kMostFlightBytes >> 20);
     if (text.find('\0') != std::string::npos)
         return makeError(ErrorCode::Input,
                          "{}: this is no text; give a flight file (docs/flights.md), GPX or KML",

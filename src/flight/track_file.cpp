@@ -17,7 +17,7 @@ namespace terray {
 namespace {
 
 constexpr size_t kMostPoints = 2'000'000;
-constexpr std::uintmax_t kMostBytes = 256u << 20;
+constexpr std::uintmax_t kMostTrackBytes = 256u << 20;
 
 /// Collects places; those that repeat the last one are left out with their times.
 class TrackBuilder {
@@ -167,9 +167,9 @@ bool looksLikeTrack(const std::string& path) {
 Result<Track> readTrack(const std::string& path) {
     std::error_code problem;
     const std::uintmax_t bytes = std::filesystem::file_size(path, problem);
-    if (!problem && bytes > kMostBytes)
+    if (!problem && bytes > kMostTrackBytes)
         return makeError(ErrorCode::Input, "'{}' has more than {} MiB; that is no track", path,
-                         kMostBytes >> 20);
+                         kMostTrackBytes >> 20);
     ensureGdal();
     clearGdalMessage();
     const char* const drivers[] = {"GPX", "LIBKML", "KML", nullptr};

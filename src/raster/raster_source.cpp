@@ -14,7 +14,6 @@ namespace terray {
 namespace {
 
 constexpr int64_t kFewestRows = 64, kMostRows = kTilePosts;
-constexpr int64_t kPartSamples = int64_t{1} << 20;
 
 class RasterReader : public HeightReader {
 public:

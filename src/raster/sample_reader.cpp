@@ -11,7 +11,6 @@
 namespace terray {
 namespace {
 
-constexpr int64_t kPartSamples = int64_t{1} << 20;  // scratch of a reader: 8 MiB of doubles
 /// No height is that large. Rasters use such numbers as marks for nothing, declared or not: float
 /// max, Surfer's 1.70141e38, netCDF's default fill 9.97e36.
 constexpr double kNoHeight = 1e30;

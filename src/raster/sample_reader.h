@@ -20,6 +20,9 @@ struct SampleWindow {
     size_t size() const { return static_cast<size_t>(width * height); }
 };
 
+/// Samples of a part that a reader holds at once: 8 MiB of doubles.
+constexpr int64_t kPartSamples = int64_t{1} << 20;
+
 /// Cuts a window into parts of at most about `maxSamples` that follow the file's blocks, so that no
 /// block is decoded twice. Stops at the first error.
 Result<void> forEachPart(const SampleWindow& window, const RasterHeader& header, int64_t maxSamples,

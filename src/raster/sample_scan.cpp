@@ -17,7 +17,7 @@
 namespace terray {
 namespace {
 
-constexpr int64_t kPartSamples = int64_t{1} << 19;
+constexpr int64_t kScanSamples = int64_t{1} << 19;
 
 template <class Raw>
 void addToRange(const std::vector<Raw>& raw, SampleRange& range) {
@@ -51,7 +51,7 @@ Result<SampleRange> scanRows(const RasterHeader& header, int64_t firstRow, int64
         progress.advance(static_cast<double>(part.samples()));
         return {};
     };
-    TERRAY_TRY(forEachPart(all, header, kPartSamples, addPart));
+    TERRAY_TRY(forEachPart(all, header, kScanSamples, addPart));
     return range;
 }
 
@@ -61,7 +61,7 @@ Result<SampleRange> scanSamples(const RasterHeader& header) {
     const int64_t blockRows = std::max(header.blockRows, 1);
     const int64_t blocks = (header.rows + blockRows - 1) / blockRows;
     const int64_t threads = oneapi::tbb::this_task_arena::max_concurrency();
-    const int64_t useful = header.columns * header.rows / kPartSamples + 1;
+    const int64_t useful = header.columns * header.rows / kScanSamples + 1;
     const int64_t runs = std::min({blocks, threads, useful});
     std::vector<std::optional<Result<SampleRange>>> results(static_cast<size_t>(runs));
     Progress progress(fmt::format("scanning {}", header.name),

@@ -21,7 +21,7 @@ using synthetic::NoiseOctave;
 
 constexpr float kZStep = 0.05f;  ///< metres per code of Int16 posts
 constexpr int64_t kMaxPosts = int64_t{1} << 24;
-constexpr float kHole = std::numeric_limits<float>::quiet_NaN();
+constexpr float kVoid = std::numeric_limits<float>::quiet_NaN();
 
 /// The power of two (as its exponent) of posts that comes near a length.
 int log2Posts(double metres, double cell, int smallest) {
@@ -110,7 +110,7 @@ float townHeight(const TownShape& shape, double dx, double dy) {
         case TownShape::Dome:
             if (u * u + v * v > 1) return 0;
             return static_cast<float>(shape.wall + shape.roof * std::sqrt(1 - u * u - v * v));
-        case TownShape::Pond: return u * u + v * v > 1 ? 0.0f : kHole;
+        case TownShape::Pond: return u * u + v * v > 1 ? 0.0f : kVoid;
     }
     return 0;
 }
@@ -206,7 +206,7 @@ private:
             const double across =
                 static_cast<double>(column_ + i) * cell_ + 0.5 * y + kStripEvery / 2;
             const double phase = across - kStripEvery * std::floor(across / kStripEvery);
-            if (phase < kStrip) out[i] = kHole;
+            if (phase < kStrip) out[i] = kVoid;
         }
     }
 
@@ -223,7 +223,7 @@ uint16_t codeOf(float z) {
 }
 
 float heightOf(uint16_t code) {
-    return code == kHolePost ? kHole : kZStep * static_cast<float>(code);
+    return code == kHolePost ? kVoid : kZStep * static_cast<float>(code);
 }
 
 template <class Rows>

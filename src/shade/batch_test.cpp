@@ -19,13 +19,8 @@ namespace terray {
 namespace {
 
 using test::FunctionSource;
+using test::hills;
 using test::ShadeScene;
-
-double hills(int64_t i, int64_t j) {
-    const double x = static_cast<double>(i), y = static_cast<double>(j);
-    return 900 + 160 * std::sin(x * 0.05 + std::sin(y * 0.03)) * std::cos(y * 0.07) +
-           12 * std::sin(x * 0.9) * std::sin(y * 0.7);
-}
 
 TEST(Rules, ExponentialIsTheLibrarys) {
     for (float x = 0; x > -80; x -= 0.0137f)

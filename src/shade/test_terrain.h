@@ -52,6 +52,13 @@ private:
     std::function<double(int64_t, int64_t)> z_;
 };
 
+/// Heights of a small hilly terrain.
+inline double hills(int64_t i, int64_t j) {
+    const double x = static_cast<double>(i), y = static_cast<double>(j);
+    return 900 + 160 * std::sin(x * 0.05 + std::sin(y * 0.03)) * std::cos(y * 0.07) +
+           12 * std::sin(x * 0.9) * std::sin(y * 0.7);
+}
+
 /// Everything that a shader borrows.
 struct ShadeScene {
     std::unique_ptr<ResidentTerrain> terrain;

@@ -4,12 +4,12 @@
 
 namespace terray {
 namespace {
-constexpr std::string_view kMagic = "TERRAYED";
+constexpr std::string_view kEdgesMagic = "TERRAYED";
 }
 
 Bytes encodeEdgeHeader(const TerrainInfo& info, int mip) {
     ByteWriter out;
-    out.text(kMagic);
+    out.text(kEdgesMagic);
     for (const uint64_t value : {uint64_t{kStoreVersion}, static_cast<uint64_t>(mip),
                                  static_cast<uint64_t>(info.scheme.tilesX(mip)),
                                  static_cast<uint64_t>(info.scheme.tilesY(mip)),

@@ -12,7 +12,8 @@ namespace terray {
 
 constexpr int kStoreVersion = 1;
 constexpr int kBlockPosts = kTileCells;  ///< posts a side of a block on disk
-constexpr int kShardBlocks = 8;          ///< blocks of one height file: a run in a row of blocks
+constexpr size_t kBlockSamples = size_t{kBlockPosts} * kBlockPosts;
+constexpr int kShardBlocks = 8;  ///< blocks of one height file: a run in a row of blocks
 constexpr int kEdgePosts = kTilePosts + kTileCells;  ///< of a tile: 513th row, then 513th column
 constexpr int kBoundsBands = 8;
 

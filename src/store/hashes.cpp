@@ -11,7 +11,7 @@
 namespace terray {
 namespace {
 
-constexpr std::string_view kMagic = "TERRAYHS";
+constexpr std::string_view kHashesMagic = "TERRAYHS";
 constexpr uint32_t kVersion = 1;
 constexpr uint32_t kMostFiles = 1u << 28;
 
@@ -131,7 +131,7 @@ bool readRecord(ByteReader& in, FileHashes& file) {
 
 Bytes encodeHashes(const std::vector<FileHashes>& files) {
     ByteWriter out;
-    out.text(kMagic);
+    out.text(kHashesMagic);
     out.number(kVersion);
     out.number(static_cast<uint32_t>(files.size()));
     for (const FileHashes& file : files) writeRecord(out, file);
@@ -143,7 +143,7 @@ Result<std::vector<FileHashes>> decodeHashes(const std::string& name,
                                              std::span<const std::byte> bytes) {
     const Error damaged = makeError(ErrorCode::Input, "'{}' is damaged", name);
     ByteReader in(bytes);
-    if (in.text(kMagic.size()) != kMagic) return damaged;
+    if (in.text(kHashesMagic.size()) != kHashesMagic) return damaged;
     if (const auto version = in.number<uint32_t>(); in.ok() && version != kVersion) {
         return makeError(ErrorCode::Input, "'{}' has version {}; this Terray reads version {}",
                          name, version, kVersion);

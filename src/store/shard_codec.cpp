@@ -18,7 +18,6 @@
 namespace terray {
 namespace {
 
-constexpr size_t kBlockSamples = size_t{kBlockPosts} * kBlockPosts;
 constexpr double kBoundShare = 0.999;  ///< LERC was measured to miss 0.05 by 2e-7
 
 Error encodeError(ShardId shard) {

@@ -11,8 +11,6 @@
 
 namespace terray {
 
-constexpr size_t kBlockSamples = size_t{kBlockPosts} * kBlockPosts;
-
 struct ShardFile::Handle {
     DatasetHandle dataset;
 };

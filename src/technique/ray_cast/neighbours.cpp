@@ -60,8 +60,8 @@ double mostBetween(double from, double to, int first, int last) {
 std::optional<Neighbours> neighboursOf(const RayFrame& rays, const PixelBlock& block, int side,
                                        int rows) {
     constexpr double kNone = 1e-7;  ///< columns: rounding
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    double from = kInfinity, to = -kInfinity, rise = kInfinity, across = 0;
+    constexpr double kEndless = std::numeric_limits<double>::infinity();
+    double from = kEndless, to = -kEndless, rise = kEndless, across = 0;
     int sign = 0;
     for (const double y : {block.y0 - rows, block.y1}) {
         for (const double x : {block.x0, block.x1}) {
@@ -81,7 +81,7 @@ std::optional<Neighbours> neighboursOf(const RayFrame& rays, const PixelBlock& b
     n.upwards = sign > 0;
     n.rows = rows;
     if (std::max(-from, to) < kNone) {
-        n.sharp.at = kInfinity;
+        n.sharp.at = kEndless;
         return n;
     }
     if (!(std::max(-from, to) <= kMarchReach - 0.01)) return std::nullopt;
