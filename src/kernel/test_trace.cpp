@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kernel/glsl/test_program.h"
 #include "kernel/height.h"
 #include "kernel/scalar/judge.h"
 
@@ -22,24 +23,36 @@ std::vector<Hit> trace(const TerrainCut& cut, const std::vector<Ray>& rays) {
     return hits;
 }
 
+namespace {
+
+void expectLikeExact(const TerrainCut& cut, const std::vector<Ray>& rays,
+                     const std::vector<Hit>& hits, const std::vector<ExactHit>& exact,
+                     int maxTies) {
+    int faults = 0, ties = 0;
+    for (size_t k = 0; k < rays.size(); ++k) {
+        const Fault fault = oracle::judge(cut, rays[k], hits[k], exact[k]);
+        ties += fault == Fault::Tie ? 1 : 0;
+        if (oracle::isViolation(fault) && ++faults <= 3)
+            ADD_FAILURE() << "ray " << k << ": "
+                          << oracle::describe(fault, rays[k], hits[k], exact[k]);
+    }
+    EXPECT_EQ(faults, 0) << "of " << rays.size();
+    EXPECT_LE(ties, maxTies);
+}
+
+}  // namespace
+
 std::vector<ExactHit> expectLikeOracle(const TerrainCut& cut, const std::vector<Ray>& rays,
                                        int maxTies) {
     std::vector<ExactHit> exact(rays.size());
     std::transform(rays.begin(), rays.end(), exact.begin(),
                    [&cut](const Ray& ray) { return oracle::firstHit(cut, ray); });
-    forEachTarget([&] {
-        const std::vector<Hit> hits = trace(cut, rays);
-        int faults = 0, ties = 0;
-        for (size_t k = 0; k < rays.size(); ++k) {
-            const Fault fault = oracle::judge(cut, rays[k], hits[k], exact[k]);
-            ties += fault == Fault::Tie ? 1 : 0;
-            if (oracle::isViolation(fault) && ++faults <= 3)
-                ADD_FAILURE() << "ray " << k << ": "
-                              << oracle::describe(fault, rays[k], hits[k], exact[k]);
-        }
-        EXPECT_EQ(faults, 0) << "of " << rays.size();
-        EXPECT_LE(ties, maxTies);
-    });
+    forEachTarget([&] { expectLikeExact(cut, rays, trace(cut, rays), exact, maxTies); });
+    for (const NamedShaderTrace& shader : shaderTraces()) {
+        SCOPED_TRACE(shader.name);
+        ShaderShares shares;
+        expectLikeExact(cut, rays, traceByShader(cut, rays, shader.trace, shares), exact, maxTies);
+    }
     return exact;
 }
 

@@ -33,7 +33,8 @@ void forEachTarget(const Check& check) {
 /// First hits by the active target.
 std::vector<Hit> trace(const TerrainCut& cut, const std::vector<Ray>& rays);
 
-/// Every ray on every target like the oracle. Returns the oracle's hits. Random rays do not tie.
+/// Every ray on every target, and by the shader text, like the oracle. Returns the oracle's hits.
+/// Random rays do not tie.
 std::vector<oracle::ExactHit> expectLikeOracle(const TerrainCut& cut, const std::vector<Ray>& rays,
                                                int maxTies = 0);
 

@@ -96,3 +96,19 @@ const uint kHitStrip = 4u;
 const uint kHitUnderSheet = 32u;  // the ray was under the sheet somewhere
 const uint kHitPlaceOpen = 64u;   // with kHitValid: t, u, v, or which side of an edge, are not good enough
 const uint kHitUncertain = 128u;  // without kHitValid: neither hit nor miss is certain
+
+// ---- Of the walk (trace.glsl) alone
+
+// Relative error allowed for a float expression of a few operations: 20 roundings to the nearest
+// float, or 10 to either neighbour. A division counts as five.
+const float kTraceError = 1.2e-6f;
+// Lattice error at the ray's begin, in cells, and of a place, relative to the way along its axis.
+const float kTraceShift = 4.8e-7f;
+const float kAxisError = 6e-7f;
+
+const int kWalkGoesOn = 0;
+const int kWalkMisses = 1;
+const int kWalkHits = 2;
+const int kWalkUnsure = 3;
+
+const int kEnterAtTop = 63;

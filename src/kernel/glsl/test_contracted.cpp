@@ -1,0 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
+// The shader text as C++ with contracted multiply-adds: compiled for machines that have them.
+#define SHADER_TRACE shaderTraceContracted
+#include "kernel/glsl/test_program.h.inl"
