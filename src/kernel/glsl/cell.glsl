@@ -190,63 +190,77 @@ CellVerdict throughConstant(CellPosts h, CellRay r) {
     return c;
 }
 
-// The first root of q from c.s on at which f leaves c.side, and whether the exact root lies as near to it
-// as is promised for t: f there is at most E = error from the exact f, and R its slope. If f(root) is
-// within E and 9 |f2| E <= R^2, f has gone beyond E on either side at root -+ 3E / R.
+// The first root of q, where f leaves c.side. The exact root is at most 1.5 E / R away, E being how far f
+// may be from the exact f around there and R its slope: f at the root found is within E / 4, so where
+// 9 |f2| E <= R^2, f is beyond E on either side of those 1.5 E / R.
 struct PlacedRoot {
-    float s, within;
-    bool placed;
+    float s, steep;  // steep: R, 0 if there is no such root
 };
-PlacedRoot placeRoot(CellVerdict c, float error) {
+PlacedRoot placeRoot(CellVerdict c, float tight, float error) {
     float side = float(c.side);
     float root = sqrt(max(c.q.f1 * c.q.f1 - 4.0f * c.q.f2 * c.q.f0, 0.0f));
     bool rises = side * c.q.f1 > 0.0f;  // away from the sheet first
     float above = rises ? c.q.f1 + side * root : 2.0f * c.q.f0;
     float below = rises ? -2.0f * c.q.f2 : side * root - c.q.f1;
-    float s = abs(below) > 1e-30f ? above / below : c.s;
-    float slope = c.q.f1 + 2.0f * c.q.f2 * s;
-    if (abs(slope) > 1e-30f) s -= leafAt(c.q, s) / slope;
-    float steep = -side * (c.q.f1 + 2.0f * c.q.f2 * s);
     PlacedRoot r;
-    r.s = s;
-    r.placed = steep > 1e-20f && abs(leafAt(c.q, s)) <= error &&
-               9.0f * abs(c.q.f2) * error <= steep * steep;
-    r.within = r.placed ? 3.0f * error / steep : 0.0f;
+    r.s = abs(below) > 1e-30f ? above / below : c.s;
+    float slope = c.q.f1 + 2.0f * c.q.f2 * r.s;
+    if (abs(slope) > 1e-30f) r.s -= leafAt(c.q, r.s) / slope;  // undoes roundings of root and quotient
+    r.steep = -side * (c.q.f1 + 2.0f * c.q.f2 * r.s);
+    bool placed = r.steep > 1e-20f && abs(leafAt(c.q, r.s)) <= 0.25f * tight &&
+                  9.0f * abs(c.q.f2) * error <= r.steep * r.steep;
+    if (!placed) r.steep = 0.0f;
     return r;
 }
 
 // Keeps a place on its own side of the quadrants' borders.
 float keepHalf(float place, bool upper) { return upper ? max(place, 0.5f) : min(place, 0.49999997f); }
 
-Walk placeHit(TraceCut cut, TraceRay ray, Walk w, CellRay r, CellVerdict c) {
+// Where it hits, and whether that is as near to the exact place as promised, in the same cell for certain.
+// r.error holds for rays that may be in the next cell, the tight one for a place inside this one.
+Walk placeHit(TraceCut cut, TraceRay ray, Walk w, CellPosts h, CellRay r, CellVerdict c) {
+    float inverse = intBitsToFloat((127 - w.mip) << 23);
+    float end = w.t + r.exit;
+    float errorU = (w.placeError + w.placeErrorX * end) * inverse + 2.0f * kUlp;
+    float errorV = (w.placeError + w.placeErrorY * end) * inverse + 2.0f * kUlp;
+    float tight = w.error0 + w.error1 * end;
+    if (cut.surface != kSurfaceConstant) {
+        float slopeU = max(abs(h.h10 - h.h00), abs(h.h11 - h.h01));
+        float slopeV = max(abs(h.h01 - h.h00), abs(h.h11 - h.h10));
+        tight += slopeU * (errorU + 8.0f * kUlp) + slopeV * (errorV + 8.0f * kUlp);
+    }
     PlacedRoot root;
     root.s = c.s;
-    root.within = c.unclear;
-    root.placed = true;
-    if (!c.wall) root = placeRoot(c, r.error);
-    // Half of what is promised; the other half is for roundings of t.
-    float steep = max(abs(c.q.f1 + 2.0f * c.q.f2 * root.s), 1e-20f);
+    root.steep = 0.0f;
+    float within = c.unclear;  // how far the exact hit may be along the ray
+    float around = c.unclear;  // and where the ray must be in this cell
     float promised = max(1e-3f, 1e-5f * (ray.begin + w.t + root.s));
-    if (!c.wall) promised = max(promised, 2.0f * cut.zRounding / steep);
-    bool placed = root.placed && root.within <= 0.5f * promised;
+    bool placed = c.wall;
+    if (!c.wall) {
+        root = placeRoot(c, tight, r.error);
+        placed = root.steep > 0.0f;
+        float perSteep = placed ? 1.0f / root.steep : 0.0f;
+        within = 1.5f * tight * perSteep;
+        around = 1.5f * r.error * perSteep;
+        promised = max(promised, 2.0f * cut.zRounding * perSteep);
+    }
     float s = clamp(root.s, 0.0f, r.exit);
     float u = r.u + r.du * s;
     float v = r.v + r.dv * s;
-    // How near the cell's border may be before the exact ray may hit in the next cell.
-    float t = w.t + s;
-    float inverse = intBitsToFloat((127 - w.mip) << 23);
-    float aroundU = (w.axis0 + (w.axis1 + kAxisError * abs(ray.dx)) * t) * inverse + abs(r.du) * root.within;
-    float aroundV = (w.axis0 + (w.axis1 + kAxisError * abs(ray.dy)) * t) * inverse + abs(r.dv) * root.within;
-    placed = placed && min(u, 1.0f - u) > aroundU && min(v, 1.0f - v) > aroundV;
+    // The rest of what is promised is for roundings of t.
+    placed = placed && within <= 0.9f * promised;
+    float marginU = errorU + abs(r.du) * around;
+    float marginV = errorV + abs(r.dv) * around;
+    placed = placed && min(u, 1.0f - u) > marginU && min(v, 1.0f - v) > marginV;
     if (cut.surface == kSurfaceConstant) {
-        bool inPart = c.wall || (root.s > c.s + root.within && root.s < c.end - root.within);
-        bool clearU = abs(u - 0.5f) > aroundU;
-        bool clearV = abs(v - 0.5f) > aroundV;
+        bool inPart = c.wall || (root.s > c.s + around && root.s < c.end - around);
+        bool clearU = abs(u - 0.5f) > marginU;
+        bool clearV = abs(v - 0.5f) > marginV;
         placed = placed && inPart && (c.wall ? clearU || clearV : clearU && clearV);
         if (c.wall && !clearU) u = keepHalf(u, r.du > 0.0f);
         if (c.wall && !clearV) v = keepHalf(v, r.dv > 0.0f);
     }
-    w.t = t;
+    w.t += s;
     w.u = clamp(u, 0.0f, 1.0f);
     w.v = clamp(v, 0.0f, 1.0f);
     w.hitFlags = kHitValid | (c.side < 0 ? kHitFromBelow : 0u) | (c.wall ? kHitStrip : 0u) |
@@ -283,7 +297,7 @@ Walk stepCell(TraceCut cut, TraceRay ray, Walk w) {
     // Cells at the tile's rim have neighbours in other tiles: their slope may be anyone's.
     bool rim = cx == 0 || cy == 0 || cx == kSlotCells - 1 || cy == kSlotCells - 1;
     float delta = rim ? cut.maxDelta : w.tileDelta;
-    r.error = (w.error0 + w.error1 * e.t) + delta * (2.0f * r.shift + 4.0f * kTraceError);
+    r.error = (w.error0 + w.error1 * e.t) + delta * (2.0f * r.shift + 8.0f * kUlp);
     CellVerdict c;
     if (cut.surface == kSurfaceBilinear)
         c = throughBilinear(h, r);
@@ -298,7 +312,7 @@ Walk stepCell(TraceCut cut, TraceRay ray, Walk w) {
     w = keepSide(w, c.side);
     if (c.result == kWalkHits) {
         if (w.result == kWalkGoesOn) w.result = kWalkHits;
-        return placeHit(cut, ray, w, r, c);
+        return placeHit(cut, ray, w, h, r, c);
     }
     return moveOn(cut, ray, w, e, c.clears > abs(h.h11 - h.h00));
 }

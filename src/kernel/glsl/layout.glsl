@@ -99,12 +99,8 @@ const uint kHitUncertain = 128u;  // without kHitValid: neither hit nor miss is 
 
 // ---- Of the walk (trace.glsl) alone
 
-// Relative error allowed for a float expression of a few operations: 20 roundings to the nearest
-// float, or 10 to either neighbour. A division counts as five.
-const float kTraceError = 1.2e-6f;
-// Lattice error at the ray's begin, in cells, and of a place, relative to the way along its axis.
-const float kTraceShift = 4.8e-7f;
-const float kAxisError = 6e-7f;
+// One rounding to either neighbour, relative. docs/precision.md counts them.
+const float kUlp = 1.2e-7f;
 
 const int kWalkGoesOn = 0;
 const int kWalkMisses = 1;

@@ -7,9 +7,8 @@ struct Walk {
     float inverseDx, inverseDy;
     float vertex;  // t of its lowest point
     float error0, error1;  // height error up to t: error0 + error1 t
-    float shift0, shift1;  // lattice error, mip-0 cells
-    float axis0;           // lattice error along one axis, besides kAxisError
-    float axis1;
+    float shift0, shift1;  // lattice error at borders of cells, mip-0 cells
+    float placeError, placeErrorX, placeErrorY;  // of a place, along x: placeError + placeErrorX t
     // where it stands
     float t;
     int x, y;   // mip-0 cell
@@ -44,12 +43,13 @@ Walk beginWalk(TraceCut cut, TraceRay ray, RaySlack slack) {
     w.vertex = ray.bend > 1e-30f ? clamp(-ray.dz / (2.0f * ray.bend), -1e30f, 1e30f)
                                  : (ray.dz < 0.0f ? 1e30f : -1e30f);
     float steepest = abs(ray.dz) + 2.0f * ray.bend * ray.tEnd;
-    w.error0 = kTraceError * max(abs(ray.z), cut.reach) + cut.postError + slack.height;
-    w.error1 = kTraceError * steepest + slack.heightPerT;
-    w.shift0 = kTraceShift + slack.place;
-    w.shift1 = kTraceError * (abs(ray.dx) + abs(ray.dy)) + slack.placePerT;
-    w.axis0 = kTraceShift + slack.place;
-    w.axis1 = slack.placePerT;
+    w.error0 = kUlp * (7.0f * cut.reach + 2.5f * abs(ray.z)) + cut.postError + slack.height;
+    w.error1 = 4.0f * kUlp * steepest + slack.heightPerT;
+    w.shift0 = 4.0f * kUlp + slack.place;
+    w.shift1 = 7.0f * kUlp * (abs(ray.dx) + abs(ray.dy)) + slack.placePerT;
+    w.placeError = 3.0f * kUlp + slack.place;
+    w.placeErrorX = 3.0f * kUlp * abs(ray.dx) + slack.placePerT;
+    w.placeErrorY = 3.0f * kUlp * abs(ray.dy) + slack.placePerT;
     w.t = 0.0f;
     w.x = ray.anchorX;
     w.y = ray.anchorY;
