@@ -35,7 +35,8 @@ void count(const TraceHit& hit, ShaderShares& shares) {
 }  // namespace
 
 std::vector<NamedShaderTrace> shaderTraces() {
-    std::vector<NamedShaderTrace> traces{{"shader text", shaderTraceStrict}};
+    std::vector<NamedShaderTrace> traces{{"shader text", shaderTraceStrict},
+                                         {"shader text, noisy", shaderTraceNoisy}};
     if (canContract()) traces.push_back({"shader text, contracted", shaderTraceContracted});
     return traces;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The shader text compiled as C++, once as written and once with contracted multiply-adds, as a
-// device may do: what its tests run.
+// The shader text compiled as C++: as written, with contracted multiply-adds as a device may do,
+// and with arithmetic as bad as one may have. What its tests run.
 #pragma once
 
 #include <span>
@@ -16,6 +16,7 @@ using ShaderTrace = TraceHit (*)(const TerrainCut& cut, const TraceCut& constant
 TraceHit shaderTraceStrict(const TerrainCut& cut, const TraceCut& constants, const TraceRay& ray);
 TraceHit shaderTraceContracted(const TerrainCut& cut, const TraceCut& constants,
                                const TraceRay& ray);
+TraceHit shaderTraceNoisy(const TerrainCut& cut, const TraceCut& constants, const TraceRay& ray);
 
 struct NamedShaderTrace {
     const char* name;

@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The shader text as C++ over a cut's own pools. The includer defines SHADER_TRACE, the function's
-// name. Everything but that function is its own, since two objects of unlike flags include this.
-#include <bit>
+// The shader text as C++ over a cut's own pools. The includer defines SHADER_TRACE, the function's name, and
+// SHADER_SPACE, where it has included layout.glsl and what C++ needs to read it. Everything but that
+// function is its own, since objects of unlike flags include this.
 
-#include "kernel/glsl/cpp.h"
-#include "kernel/glsl/test_program.h"
-
-namespace terray::glsl {
+namespace terray::SHADER_SPACE {
 namespace {
 
 struct Pools {
@@ -32,15 +29,15 @@ struct Program : Pools {
 };
 
 }  // namespace
-}  // namespace terray::glsl
+}  // namespace terray::SHADER_SPACE
 
 namespace terray::test {
 
 TraceHit SHADER_TRACE(const TerrainCut& cut, const TraceCut& constants, const TraceRay& ray) {
-    glsl::Program program{{cut}};
-    return std::bit_cast<TraceHit>(program.traceRay(std::bit_cast<glsl::TraceCut>(constants),
-                                                    std::bit_cast<glsl::TraceRay>(ray),
-                                                    glsl::RaySlack{0, 0, 0, 0}));
+    SHADER_SPACE::Program program{{cut}};
+    return std::bit_cast<TraceHit>(program.traceRay(std::bit_cast<SHADER_SPACE::TraceCut>(constants),
+                                                    std::bit_cast<SHADER_SPACE::TraceRay>(ray),
+                                                    SHADER_SPACE::RaySlack{0.0f, 0.0f, 0.0f, 0.0f}));
 }
 
 }  // namespace terray::test
