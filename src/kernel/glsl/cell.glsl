@@ -130,13 +130,15 @@ CellVerdict throughTriangles(CellPosts h, CellRay r) {
     upper.f0 = lower.f0 - d * beyond;
     upper.f1 = lower.f1 - d * rate;
     float meets = abs(rate) > 1e-20f ? clamp(-beyond / rate, 0.0f, r.exit) : 0.0f;
-    bool upperLast = beyond + rate * (0.5f * (meets + r.exit)) > 0.0f;
     CellVerdict v = noVerdict();
+    bool upperLast;
     if (meets > 0.0f && meets < r.exit) {
+        upperLast = rate > 0.0f;
         LeafQuadratic first = lower;
         if (!upperLast) first = upper;
         v = joinPart(v, first, 0.0f, meets, 0.0f, 0.0f, r.exit, r.error);
     } else {
+        upperLast = beyond + rate * (0.5f * r.exit) > 0.0f;
         meets = 0.0f;
     }
     LeafQuadratic last = lower;
@@ -252,11 +254,13 @@ Walk placeHit(TraceCut cut, TraceRay ray, Walk w, CellPosts h, CellRay r, CellVe
     float marginU = errorU + abs(r.du) * around;
     float marginV = errorV + abs(r.dv) * around;
     placed = placed && min(u, 1.0f - u) > marginU && min(v, 1.0f - v) > marginV;
+    // Beyond the part's ends f is another one.
+    bool inPart = root.s > c.s + around && root.s < c.end - around;
+    placed = placed && (inPart || c.wall || cut.surface == kSurfaceBilinear);
     if (cut.surface == kSurfaceConstant) {
-        bool inPart = c.wall || (root.s > c.s + around && root.s < c.end - around);
         bool clearU = abs(u - 0.5f) > marginU;
         bool clearV = abs(v - 0.5f) > marginV;
-        placed = placed && inPart && (c.wall ? clearU || clearV : clearU && clearV);
+        placed = placed && (c.wall ? clearU || clearV : clearU && clearV);
         if (c.wall && !clearU) u = keepHalf(u, r.du > 0.0f);
         if (c.wall && !clearV) v = keepHalf(v, r.dv > 0.0f);
     }
