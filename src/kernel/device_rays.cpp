@@ -38,6 +38,8 @@ static_assert(sizeof(glsl::TraceRay) == sizeof(TraceRay) &&
               offsetof(glsl::TraceRay, dx) == offsetof(TraceRay, dx) &&
               offsetof(glsl::TraceRay, tEnd) == offsetof(TraceRay, tEnd) &&
               offsetof(glsl::TraceRay, level) == offsetof(TraceRay, level));
+static_assert(sizeof(glsl::RaySlack) == sizeof(RaySlack) &&
+              offsetof(glsl::RaySlack, height) == offsetof(RaySlack, height));
 static_assert(sizeof(glsl::TraceHit) == sizeof(Hit) &&
               offsetof(glsl::TraceHit, u) == offsetof(Hit, u) &&
               offsetof(glsl::TraceHit, stepsMipFlags) == offsetof(Hit, steps) &&

@@ -31,6 +31,9 @@ struct TraceHit {
     float u, v;
     uint32_t stepsMipFlags;
 };
+struct RaySlack {
+    float place = 0, placePerT = 0, height = 0, heightPerT = 0;
+};
 static_assert(sizeof(TraceCut) == 44 && sizeof(TraceRay) == 48 && sizeof(TraceHit) == sizeof(Hit));
 
 /// More flags of a device's hit (layout.glsl).

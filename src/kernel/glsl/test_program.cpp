@@ -32,6 +32,18 @@ void count(const TraceHit& hit, ShaderShares& shares) {
     EXPECT_TRUE(std::isfinite(hit.t) && std::isfinite(hit.u) && std::isfinite(hit.v));
 }
 
+/// Moves a ray to a corner of what the slack allows.
+void moveAside(TraceRay& ray, const RaySlack& slack, uint64_t corner) {
+    const auto side = [corner](int bit) { return (corner >> bit & 1) != 0 ? 1.0f : -1.0f; };
+    const float place = 0.9f * slack.place, perT = 0.9f * slack.placePerT;
+    ray.fx = std::clamp(ray.fx + side(0) * place, 0.0f, 0.99999994f);
+    ray.fy = std::clamp(ray.fy + side(1) * place, 0.0f, 0.99999994f);
+    if (ray.dx != 0) ray.dx += side(2) * perT;
+    if (ray.dy != 0) ray.dy += side(3) * perT;
+    ray.z += side(4) * 0.9f * slack.height;
+    ray.dz += side(5) * 0.9f * slack.heightPerT;
+}
+
 }  // namespace
 
 std::vector<NamedShaderTrace> shaderTraces() {
@@ -42,7 +54,7 @@ std::vector<NamedShaderTrace> shaderTraces() {
 }
 
 std::vector<Hit> traceByShader(const TerrainCut& cut, std::span<const Ray> rays, ShaderTrace trace,
-                               ShaderShares& shares) {
+                               ShaderShares& shares, const RaySlack& slack) {
     std::vector<Hit> hits(rays.size());
     const TraceCut constants = traceCutOf(cut);
     RayBatch batch;
@@ -55,7 +67,8 @@ std::vector<Hit> traceByShader(const TerrainCut& cut, std::span<const Ray> rays,
         for (size_t k = 0; k < count; ++k) batch.set(static_cast<int>(k), rays[first + k]);
         placeTraceRays(cut, batch, n, 63, placed);
         for (size_t k = 0; k < count; ++k) {
-            found[k] = trace(cut, constants, placed[k]);
+            if (slack.place > 0) moveAside(placed[k], slack, first + k);
+            found[k] = trace(cut, constants, placed[k], slack);
             test::count(found[k], shares);
         }
         finishTraceHits(cut, batch, n, {found, count}, std::span(hits).subspan(first, count),

@@ -12,11 +12,13 @@ namespace terray::test {
 
 /// One ray by the shader text on the cut's own pools.
 using ShaderTrace = TraceHit (*)(const TerrainCut& cut, const TraceCut& constants,
-                                 const TraceRay& ray);
-TraceHit shaderTraceStrict(const TerrainCut& cut, const TraceCut& constants, const TraceRay& ray);
+                                 const TraceRay& ray, const RaySlack& slack);
+TraceHit shaderTraceStrict(const TerrainCut& cut, const TraceCut& constants, const TraceRay& ray,
+                           const RaySlack& slack);
 TraceHit shaderTraceContracted(const TerrainCut& cut, const TraceCut& constants,
-                               const TraceRay& ray);
-TraceHit shaderTraceNoisy(const TerrainCut& cut, const TraceCut& constants, const TraceRay& ray);
+                               const TraceRay& ray, const RaySlack& slack);
+TraceHit shaderTraceNoisy(const TerrainCut& cut, const TraceCut& constants, const TraceRay& ray,
+                          const RaySlack& slack);
 
 struct NamedShaderTrace {
     const char* name;
@@ -31,8 +33,9 @@ struct ShaderShares {
     double share(long part) const { return static_cast<double>(part) / static_cast<double>(rays); }
 };
 
-/// First hits as a device and its host find them; adds to `shares`.
+/// First hits as a device and its host find them; adds to `shares`. With a slack, the device's rays
+/// are moved aside as far as that says.
 std::vector<Hit> traceByShader(const TerrainCut& cut, std::span<const Ray> rays, ShaderTrace trace,
-                               ShaderShares& shares);
+                               ShaderShares& shares, const RaySlack& slack = {});
 
 }  // namespace terray::test

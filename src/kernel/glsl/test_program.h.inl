@@ -33,11 +33,12 @@ struct Program : Pools {
 
 namespace terray::test {
 
-TraceHit SHADER_TRACE(const TerrainCut& cut, const TraceCut& constants, const TraceRay& ray) {
+TraceHit SHADER_TRACE(const TerrainCut& cut, const TraceCut& constants, const TraceRay& ray,
+                      const RaySlack& slack) {
     SHADER_SPACE::Program program{{cut}};
     return std::bit_cast<TraceHit>(program.traceRay(std::bit_cast<SHADER_SPACE::TraceCut>(constants),
                                                     std::bit_cast<SHADER_SPACE::TraceRay>(ray),
-                                                    SHADER_SPACE::RaySlack{0.0f, 0.0f, 0.0f, 0.0f}));
+                                                    std::bit_cast<SHADER_SPACE::RaySlack>(slack)));
 }
 
 }  // namespace terray::test

@@ -45,8 +45,8 @@ Walk beginWalk(TraceCut cut, TraceRay ray, RaySlack slack) {
     float steepest = abs(ray.dz) + 2.0f * ray.bend * ray.tEnd;
     w.error0 = kUlp * (7.0f * cut.reach + 2.5f * abs(ray.z)) + cut.postError + slack.height;
     w.error1 = 4.0f * kUlp * steepest + slack.heightPerT;
-    w.shift0 = 4.0f * kUlp + slack.place;
-    w.shift1 = 7.0f * kUlp * (abs(ray.dx) + abs(ray.dy)) + slack.placePerT;
+    w.shift0 = 4.0f * kUlp + 3.0f * slack.place;
+    w.shift1 = 7.0f * kUlp * (abs(ray.dx) + abs(ray.dy)) + 3.0f * slack.placePerT;
     w.placeError = 3.0f * kUlp + slack.place;
     w.placeErrorX = 3.0f * kUlp * abs(ray.dx) + slack.placePerT;
     w.placeErrorY = 3.0f * kUlp * abs(ray.dy) + slack.placePerT;
