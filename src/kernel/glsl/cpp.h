@@ -9,7 +9,7 @@
 
 namespace terray::glsl {
 
-using uint = uint32_t;
+using uint = uint32_t;  // NOLINT(readability-identifier-naming): the name in GLSL
 
 inline int min(int a, int b) { return a < b ? a : b; }
 inline int max(int a, int b) { return a > b ? a : b; }

@@ -11,7 +11,7 @@
 namespace terray::noisy {
 namespace {
 
-using uint = uint32_t;
+using uint = uint32_t;  // NOLINT(readability-identifier-naming): the name in GLSL
 
 uint64_t randomBits() {
     thread_local uint64_t state = 88172645463325252u;
