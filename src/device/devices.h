@@ -2,6 +2,7 @@
 // Which devices there are, and what --device names. Needs no Vulkan to be included.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -26,5 +27,12 @@ struct DeviceEntry {
 /// The best first: its place is its number in --device vulkan:N. Error Resource when there is no
 /// loader, no device, or this program was built without Vulkan.
 Result<std::vector<DeviceEntry>> listDevices();
+
+/// Whether there is what is wished for; asks the machine once for each wish. synchronised.
+Result<void> checkDevice(const DeviceWish& wish);
+
+/// Faults that the validation layer has found in this process so far; 0 without it.
+/// TERRAY_VULKAN_VALIDATION=1 in the environment turns it on.
+uint64_t validationFaults();
 
 }  // namespace terray

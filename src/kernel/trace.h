@@ -20,6 +20,15 @@ struct TraceCounters {
         0;  ///< rays whose float result was uncertain and that were traced again in double
     uint64_t columns = 0;  ///< rays that began where the ray below had hit (kernel/columns.h)
     uint64_t beams = 0;    ///< rays that began where a bundle of rays ended (kernel/beam.h)
+
+    void add(const TraceCounters& c) {
+        rays += c.rays;
+        hits += c.hits;
+        steps += c.steps;
+        redone += c.redone;
+        columns += c.columns;
+        beams += c.beams;
+    }
 };
 
 /// First hit of every ray. hits.size() == rays.size(). Any order of rays is right; neighbours that

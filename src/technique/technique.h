@@ -10,6 +10,7 @@
 
 #include "base/result.h"
 #include "kernel/trace.h"
+#include "technique/device_technique.h"
 #include "view/ray_frame.h"
 
 namespace terray {
@@ -31,10 +32,14 @@ public:
 struct TechniqueEntry {
     std::string name, line;
     std::unique_ptr<Technique> (*make)();
+    Result<std::unique_ptr<DeviceTechnique>> (*openOnDevice)(const DeviceRequest& request);
 };
 /// The explicit table of techniques (registry.cpp), the default first.
 std::span<const TechniqueEntry> techniqueTable();
 /// Error Usage naming the known ones.
 Result<std::unique_ptr<Technique>> makeTechnique(const std::string& name);
+/// The same on a device.
+Result<std::unique_ptr<DeviceTechnique>> openTechnique(const std::string& name,
+                                                       const DeviceRequest& request);
 
 }  // namespace terray

@@ -6,6 +6,7 @@
 #include <charconv>
 
 #include "device/devices.h"
+#include "device/look_for.h"
 
 namespace terray::vulkan {
 namespace {
@@ -162,6 +163,13 @@ Result<std::vector<DeviceEntry>> listDevices() {
         entries.push_back({device.name(), device.kind(), device.lacks});
     if (entries.empty()) return vulkan::chooseDevice({}, "").error();
     return entries;
+}
+
+Result<void> lookForDevice(const std::string& which) {
+    const auto instance = vulkan::Instance::make(vulkan::wantsValidation());
+    if (!instance) return instance.error();
+    const auto chosen = vulkan::chooseDevice(vulkan::physicalDevices(**instance), which);
+    return chosen ? Result<void>{} : chosen.error();
 }
 
 }  // namespace terray

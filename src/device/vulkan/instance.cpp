@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstdlib>
 #include <cstring>
 
 #include "base/log.h"
+#include "device/devices.h"
 
 namespace terray::vulkan {
 namespace {
@@ -19,6 +21,8 @@ std::mutex& loaderMutex() {
     static std::mutex mutex;
     return mutex;
 }
+
+std::atomic<uint64_t> faults{0};
 
 VKAPI_ATTR VkBool32 VKAPI_CALL hear(VkDebugUtilsMessageSeverityFlagBitsEXT,
                                     VkDebugUtilsMessageTypeFlagsEXT,
@@ -51,6 +55,7 @@ bool hasValidationLayer() {
 
 void Messages::add(std::string text) {
     const std::lock_guard lock(mutex_);
+    ++faults;
     texts_.push_back(std::move(text));
     log::warning("Vulkan validation: {}", texts_.back());
 }
@@ -76,11 +81,11 @@ Result<void> Instance::create(bool validation) {
     static const VkResult loader = volkInitialize();
     if (loader != VK_SUCCESS)
         return makeError(ErrorCode::Resource,
-                         "there is no Vulkan loader (libvulkan.so.1) on this machine; install "
+                         "--device vulkan: there is no Vulkan loader (libvulkan.so.1) on this machine; install "
                          "libvulkan1 and a driver, or use --device cpu");
     if (volkGetInstanceVersion() < VK_API_VERSION_1_3)
         return makeError(ErrorCode::Resource,
-                         "the Vulkan loader of this machine is older than 1.3; update libvulkan1, "
+                         "--device vulkan: the Vulkan loader of this machine is older than 1.3; update libvulkan1, "
                          "or use --device cpu");
     if (validation && !hasValidationLayer())
         return makeError(ErrorCode::Resource,
@@ -109,7 +114,7 @@ Result<void> Instance::create(bool validation) {
     const VkResult made = vkCreateInstance(&info, nullptr, &handle_);
     if (made != VK_SUCCESS)
         return makeError(ErrorCode::Resource,
-                         "Vulkan does not start ({}): no driver is installed, or it is broken; use "
+                         "--device vulkan: Vulkan does not start ({}): no driver is installed, or it is broken; use "
                          "--device cpu",
                          nameOf(made));
     volkLoadInstanceOnly(handle_);
@@ -138,3 +143,9 @@ Instance::~Instance() {
 }
 
 }  // namespace terray::vulkan
+
+namespace terray {
+
+uint64_t validationFaults() { return vulkan::faults; }
+
+}  // namespace terray

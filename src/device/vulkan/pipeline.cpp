@@ -37,11 +37,18 @@ Result<void> ComputePipeline::create(VkPipelineCache cache, std::span<const uint
     code.pCode = spirv.data();
     if (result == VK_SUCCESS)
         result = vk.vkCreateShaderModule(device_.handle(), &code, nullptr, &shader);
+    std::vector<VkSpecializationMapEntry> entries;
+    for (uint32_t k = 0; k < interface.specialization.size(); ++k)
+        entries.push_back({k, k * uint32_t{sizeof(uint32_t)}, sizeof(uint32_t)});
+    const VkSpecializationInfo special{static_cast<uint32_t>(entries.size()), entries.data(),
+                                       entries.size() * sizeof(uint32_t),
+                                       interface.specialization.data()};
     VkComputePipelineCreateInfo info{VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO};
     info.stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
     info.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
     info.stage.module = shader;
     info.stage.pName = "main";
+    info.stage.pSpecializationInfo = &special;
     info.layout = layout_;
     if (result == VK_SUCCESS)
         result =

@@ -11,6 +11,7 @@ namespace terray::vulkan {
 struct ShaderInterface {
     uint32_t buffers = 0;        ///< storage buffers, bindings 0 .. buffers - 1 of set 0
     uint32_t constantBytes = 0;  ///< of push constants, at most 128
+    std::vector<uint32_t> specialization{};  ///< values of the constants with ids 0, 1, ...
 };
 
 /// Must not outlive its device. const-shared.
