@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 # Shaders: GLSL to SPIR-V at build time, embedded as numbers.
 
-# terray_shaders(TARGET a.comp.glsl ...): sources of TARGET may include "shaders/<folder in src>/a.comp.inc" between braces.
+# terray_shaders(TARGET a.comp.glsl ...): sources of TARGET may include "<folder in src>/a.comp.inc" between braces.
 function(terray_shaders TARGET)
   foreach(source ${ARGN})
     cmake_path(ABSOLUTE_PATH source OUTPUT_VARIABLE path)
     cmake_path(RELATIVE_PATH path BASE_DIRECTORY ${CMAKE_SOURCE_DIR}/src OUTPUT_VARIABLE name)
     string(REPLACE ".glsl" "" name ${name})
-    set(out ${CMAKE_BINARY_DIR}/generated/shaders/${name})
+    set(out ${CMAKE_BINARY_DIR}/generated/${name})
     cmake_path(GET out PARENT_PATH folder)
     file(MAKE_DIRECTORY ${folder})
     set(compile ${TERRAY_GLSLC} --target-env=vulkan1.3 -O -Werror -fshader-stage=compute -I ${CMAKE_SOURCE_DIR}/src)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `terray techniques`, `terray shadings`: names with one line each.
+// `terray techniques`, `terray shadings`, `terray devices`: names with one line each.
 #include <fmt/format.h>
 
 #include "commands.h"
@@ -23,6 +23,9 @@ void addLists(CLI::App& program) {
     CLI::App* listTechniques = program.add_subcommand("techniques", "list the ways to find hits");
     listTechniques->footer("Example:\n  terray render dem.tif --technique ray_cast");
     listTechniques->callback([] { printOut(listText(techniques())); });
+    CLI::App* listDevices = program.add_subcommand("devices", "list what can trace rays");
+    listDevices->footer("Example:\n  terray render dem.tif --device vulkan:0");
+    listDevices->callback([] { printOut(listText(devices())); });
     CLI::App* listShadings =
         program.add_subcommand("shadings", "list the ways to colour the ground, and the ramps");
     listShadings->footer("Example:\n  terray render dem.tif --shading slope");

@@ -90,7 +90,8 @@ void LookOptions::addTo(CLI::App& command) {
     addText(command, kTechnique, "--technique", "NAME",
             "see 'terray techniques' (default ray_cast)",
             [this](const std::string& text) { render.technique = text; });
-    addText(command, kTechnique, "--device", "NAME", "auto (default) or cpu",
+    addText(command, kTechnique, "--device", "NAME",
+            "auto (default: the CPU), cpu, vulkan or vulkan:N, see 'terray devices'",
             [this](const std::string& text) { render.device = text; });
     addText(command, kTechnique, "--samples", "N", "rays a pixel: 1, 2, 4 (default), 8 or 16",
             [this](const std::string& text) { render.samples = parseInteger("--samples", text); });

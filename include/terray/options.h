@@ -49,8 +49,8 @@ enum class Shading {
 /// Free each frame.
 struct RenderOptions {
     std::string technique = "ray_cast";
-    std::string device = "auto";
-    int samples = 4;  ///< rays a pixel: 1, 2, 4, 8, 16
+    std::string device = "auto";  ///< auto (the CPU), cpu, vulkan, vulkan:N, vulkan:NAME
+    int samples = 4;              ///< rays a pixel: 1, 2, 4, 8, 16
     Surface surface = Surface::Bilinear;
     double tolerancePx = 2.0 / 3.0;  ///< 0: always finest
     std::optional<bool> curvature;   ///< default: on when there is a CRS

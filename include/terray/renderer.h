@@ -33,12 +33,14 @@ TERRAY_API Result<RenderStats> renderToFiles(const Terrain& terrain, const View&
 TERRAY_API Result<void> checkRender(const View& view, const RenderOptions& options,
                                     const OutputOptions& outputs);
 
-/// Names with one line each: `terray techniques`, `terray shadings`, built-in ramps.
+/// Names with one line each: `terray techniques`, `terray shadings`, built-in ramps, `terray
+/// devices` (for RenderOptions::device).
 struct NamedLine {
     std::string name, line;
 };
 TERRAY_API std::vector<NamedLine> techniques();
 TERRAY_API std::vector<NamedLine> shadings();
 TERRAY_API std::vector<NamedLine> ramps();
+TERRAY_API std::vector<NamedLine> devices();
 
 }  // namespace terray

@@ -22,6 +22,8 @@ struct RenderStats {
     double skyMs = 0;                     ///< sky-light sweeps
     double setupMs = 0;  ///< before the first ray: camera, cut, shader (skyMs is in it)
     double primaryMs = 0, shadeMs = 0, writeMs = 0, totalMs = 0;
+    double deviceMs = 0;             ///< of primaryMs: by the device's own clock; 0 on the CPU
+    uint64_t deviceUploadBytes = 0;  ///< tiles and tables that this picture brought to the device
     double shadowMs = 0, displayMs = 0;  ///< parts of shadeMs: shadow rays; sums to 8 bits
     double mraysPerS = 0;                ///< primary rays over primary time
     double stepsPerRay = 0;

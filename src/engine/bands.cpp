@@ -2,7 +2,6 @@
 // Bands of image tiles: cast, shade, resolve, while the last band is being written.
 #include "engine/bands.h"
 
-#include <oneapi/tbb/blocked_range2d.h>
 #include <oneapi/tbb/enumerable_thread_specific.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_group.h>
@@ -17,12 +16,12 @@
 namespace terray {
 namespace {
 
-/// A side of an image tile, pixels: its hits and sums (128 x 128 x 40 bytes) stay in a core's
-/// cache, and few of its columns and rows lack neighbours to begin from.
+constexpr Vec2 kCentre{0.5, 0.5};  ///< of a pixel
 
 /// One thread's buffers and figures.
 struct Worker {
-    std::vector<Hit> hits;
+    std::vector<Hit> own;       ///< cast by this thread
+    std::span<const Hit> hits;  ///< of the image tile at hand
     std::vector<Colour> sum;
     std::vector<uint8_t> display;
     std::vector<float> aov;
@@ -45,33 +44,38 @@ void copyTile(const ImageTile& tile, int firstRow, int pictureWidth, size_t chan
 
 class BandRenderer {
 public:
-    BandRenderer(const Frame& frame, const BandDemand& demand) : frame_(frame), demand_(demand) {}
+    BandRenderer(const Frame& frame, const BandDemand& demand)
+        : frame_(frame),
+          demand_(demand),
+          onDevice_(frame.onDevice),
+          ahead_(frame.cut.cut(), frame.rays, offsetsOf(frame, demand)) {}
 
-    void render(Band& band, Progress& progress) {
+    /// Error: the device's.
+    Result<void> render(Band& band, Progress& progress) {
         const int tilesX = (frame_.camera().width + kTileWidth - 1) / kTileWidth;
         const int tilesY = (band.rows + kTileHeight - 1) / kTileHeight;
-        tbb::parallel_for(tbb::blocked_range2d<int>(0, tilesY, 1, 0, tilesX, 1),
-                          [&](const auto& range) {
-                              for (int y = range.rows().begin(); y != range.rows().end(); ++y)
-                                  for (int x = range.cols().begin(); x != range.cols().end(); ++x) {
-                                      if (isInterrupted()) return;
-                                      renderTile(tileAt(x, y, band), band);
-                                      progress.advance();
-                                  }
-                          });
+        std::vector<ImageTile> tiles;
+        for (int y = 0; y < tilesY; ++y)
+            for (int x = 0; x < tilesX; ++x) tiles.push_back(tileAt(x, y, band));
+        const size_t step = onDevice_ != nullptr ? ahead_.tilesAtOnce() : tiles.size();
+        for (size_t first = 0; first < tiles.size() && !isInterrupted(); first += step) {
+            const auto part = std::span(tiles).subspan(first, std::min(step, tiles.size() - first));
+            TERRAY_TRY(castAhead(part));
+            tbb::parallel_for(size_t{0}, part.size(), [&](size_t k) {
+                if (isInterrupted()) return;
+                renderTile(part[k], band);
+                progress.advance();
+            });
+        }
         if (frame_.annotations && demand_.display)
             frame_.annotations->drawOn(band.firstRow, band.rows, band.display);
+        return {};
     }
 
     BandFigures figures() const {
-        BandFigures sum;
+        BandFigures sum = ofDevice_;
         for (const Worker& w : workers_) {
-            sum.trace.rays += w.figures.trace.rays;
-            sum.trace.hits += w.figures.trace.hits;
-            sum.trace.steps += w.figures.trace.steps;
-            sum.trace.redone += w.figures.trace.redone;
-            sum.trace.columns += w.figures.trace.columns;
-            sum.trace.beams += w.figures.trace.beams;
+            sum.trace.add(w.figures.trace);
             sum.shade.shadowRays += w.figures.shade.shadowRays;
             sum.shade.shadowMs += w.figures.shade.shadowMs;
             sum.displayMs += w.figures.displayMs + w.figures.shade.displayMs;
@@ -82,6 +86,34 @@ public:
     }
 
 private:
+    /// The places in a pixel through which rays are cast.
+    static std::vector<Vec2> offsetsOf(const Frame& frame, const BandDemand& demand) {
+        std::vector<Vec2> offsets;
+        if (demand.picture()) {
+            const auto pattern = samplePattern(frame.options.samples);
+            offsets.assign(pattern.begin(), pattern.end());
+        }
+        if (!demand.aovs.empty() && (!demand.picture() || frame.options.samples != 1))
+            offsets.push_back(kCentre);
+        return offsets;
+    }
+
+    /// On a device all rays of some image tiles are cast before any of them is shaded.
+    Result<void> castAhead(std::span<const ImageTile> tiles) {
+        ahead_.clear();
+        if (onDevice_ == nullptr) return {};
+        BandFigures figures = ofDevice_;  // of half a cast nothing counts
+        const auto cast =
+            ahead_.cast(*onDevice_, {tiles.begin(), tiles.end()}, figures.trace, figures.device);
+        if (cast) {
+            ofDevice_ = figures;
+            return {};
+        }
+        onDevice_ = nullptr;
+        ofDevice_.lostDevice = true;
+        return frame_.caster->giveUpIfLost(cast.error());
+    }
+
     ImageTile tileAt(int x, int y, const Band& band) const {
         ImageTile tile{x * kTileWidth, band.firstRow + y * kTileHeight, 0, 0};
         tile.width = std::min(kTileWidth, frame_.camera().width - tile.x);
@@ -91,7 +123,6 @@ private:
 
     void renderTile(const ImageTile& tile, Band& band) {
         Worker& worker = workers_.local();
-        worker.hits.resize(tile.pixelCount());
         bool haveCentres = false;
         if (demand_.picture()) {
             haveCentres = frame_.options.samples == 1;
@@ -101,14 +132,18 @@ private:
                 castAndShade(tile, worker, band);
         }
         if (demand_.aovs.empty()) return;
-        if (!haveCentres) cast(tile, Vec2{0.5, 0.5}, worker);
+        if (!haveCentres) cast(tile, kCentre, worker);
         fillAovs(tile, worker, band);
     }
 
     void cast(const ImageTile& tile, Vec2 offset, Worker& worker) const {
+        worker.hits = ahead_.hitsOf(tile, offset);
+        if (!worker.hits.empty()) return;
         const CpuStopwatch watch;
-        frame_.technique->castTile(frame_.cut.cut(), frame_.rays, tile, offset, worker.hits,
+        worker.own.resize(tile.pixelCount());
+        frame_.technique->castTile(frame_.cut.cut(), frame_.rays, tile, offset, worker.own,
                                    worker.figures.trace);
+        worker.hits = worker.own;
         worker.figures.traceMs += watch.elapsedMs();
     }
 
@@ -122,7 +157,7 @@ private:
             const ImageTile part{tile.x, tile.y + row, tile.width,
                                  std::min(kRows, tile.height - row)};
             const size_t first = static_cast<size_t>(row) * static_cast<size_t>(tile.width);
-            shade(part, std::span<const Hit>(worker.hits).subspan(first, part.pixelCount()), first);
+            shade(part, worker.hits.subspan(first, part.pixelCount()), first);
         }
         worker.figures.shadeMs += watch.elapsedMs();
     }
@@ -183,6 +218,9 @@ private:
 
     const Frame& frame_;
     const BandDemand& demand_;
+    DeviceTechnique* onDevice_;
+    TilesAhead ahead_;
+    BandFigures ofDevice_;
     tbb::enumerable_thread_specific<Worker> workers_;
 };
 
@@ -230,8 +268,9 @@ Result<BandFigures> renderBands(const Frame& frame, const BandDemand& demand,
         band.firstRow = row;
         band.rows = std::min(step, height - row);
         resizeBand(band, width, demand);
-        renderer.render(band, progress);
+        const auto rendered = renderer.render(band, progress);
         writing.wait();
+        if (!rendered) return rendered.error();
         if (isInterrupted()) return makeError(ErrorCode::Interrupted, "interrupted");
         if (!written) return written.error();
         writing.run([&band, &written, &sink] { written = sink(band); });

@@ -31,10 +31,12 @@ struct BandFigures {
     ShadeCounters shade;
     double traceMs = 0, shadeMs = 0;  ///< shadeMs with shadows and display
     double displayMs = 0;
+    DeviceFigures device;     ///< castMs is wall-clock time, in addition to traceMs
+    bool lostDevice = false;  ///< the CPU went on
 };
 
 /// Makes the bands from the top and hands each to `sink`, which runs beside the next band's work.
-/// Error: the sink's, or Interrupted.
+/// Error: the sink's, the device's, or Interrupted.
 Result<BandFigures> renderBands(const Frame& frame, const BandDemand& demand,
                                 const std::function<Result<void>(const Band&)>& sink);
 

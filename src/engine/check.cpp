@@ -7,6 +7,7 @@
 #include <cmath>
 #include <set>
 
+#include "device/devices.h"
 #include "geo/sun.h"
 #include "image/writer.h"
 #include "technique/technique.h"
@@ -23,15 +24,9 @@ Result<void> within(const char* option, double value, double low, double high,
                      value, low, high, *unit != '\0' ? " " : "", unit);
 }
 
-Result<void> checkDevice(const std::string& device) {
-    if (device == "auto" || device == "cpu") return {};
-    if (device == "vulkan" || device.starts_with("vulkan:"))
-        return makeError(
-            ErrorCode::Resource,
-            "--device {}: this version of Terray renders on the CPU only; use --device "
-            "cpu or leave it out",
-            device);
-    return makeError(ErrorCode::Usage, "--device: '{}' is unknown; give auto or cpu", device);
+Result<void> checkDeviceOption(const std::string& device) {
+    const auto wish = parseDevice(device);
+    return wish ? checkDevice(*wish) : wish.error();
 }
 
 Result<void> checkSun(const RenderOptions& options) {
@@ -87,7 +82,7 @@ Result<void> checkView(const View& view) {
 }
 
 Result<void> checkOptions(const View& view, const RenderOptions& o) {
-    TERRAY_TRY(checkDevice(o.device));
+    TERRAY_TRY(checkDeviceOption(o.device));
     if (auto technique = makeTechnique(o.technique); !technique) return technique.error();
     constexpr std::array kSamples{1, 2, 4, 8, 16};
     if (std::find(kSamples.begin(), kSamples.end(), o.samples) == kSamples.end())

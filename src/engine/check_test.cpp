@@ -59,8 +59,8 @@ TEST(Check, NumbersOutOfRangeNameTheirOption) {
 TEST(Check, NamesAreKnownOrRefused) {
     EXPECT_EQ(optionError([](auto& o) { o.device = "cpu"; }), "accepted");
     EXPECT_TRUE(optionError([](auto& o) { o.device = "toaster"; }).starts_with("--device"));
-    EXPECT_TRUE(optionError([](auto& o) { o.device = "vulkan:1"; }, ErrorCode::Resource)
-                    .starts_with("--device vulkan:1"));
+    EXPECT_TRUE(optionError([](auto& o) { o.device = "vulkan:99"; }, ErrorCode::Resource)
+                    .starts_with("--device vulkan"));
     EXPECT_NE(optionError([](auto& o) { o.technique = "magic"; }).find("magic"), std::string::npos);
     for (const char* good : {"sky", "transparent", "#0aF9c3"})
         EXPECT_EQ(optionError([&](auto& o) { o.background = good; }), "accepted");

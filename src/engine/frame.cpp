@@ -94,6 +94,15 @@ CutOptions cutOptions(const RenderOptions& options, double bend, const Sun& sun)
     return cut;
 }
 
+Result<void> addDevice(const Terrain::State& state, Frame& frame) {
+    auto device = state.caster.prepare(frame.options, frame.cut.cut(), frame.deviceFigures);
+    if (!device) return device.error();
+    frame.caster = &state.caster;
+    frame.onDevice = *device;
+    if (frame.onDevice != nullptr) frame.device = "vulkan: " + frame.onDevice->deviceName();
+    return {};
+}
+
 Result<void> addShading(const Terrain::State& state, const Sun& sun, Frame& frame) {
     ShadeSettings settings;
     settings.options = frame.options;
@@ -171,6 +180,7 @@ Result<std::unique_ptr<Frame>> makeFrame(const Terrain::State& state, const View
     auto technique = makeTechnique(options.technique);
     if (!technique) return technique.error();
     frame->technique = std::move(*technique);
+    TERRAY_TRY(addDevice(state, *frame));
     TERRAY_TRY(addShading(state, *sun, *frame));
     frame->setupMs = watch.elapsedMs();
     return frame;

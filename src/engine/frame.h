@@ -4,6 +4,7 @@
 
 #include <memory>
 
+#include "engine/device_cast.h"
 #include "engine/places.h"
 #include "engine/terrain_state.h"
 #include "image/writer.h"
@@ -26,6 +27,10 @@ struct Frame {
     RayFrame rays;
     FrameCut cut;
     std::unique_ptr<Technique> technique;
+    DeviceCaster* caster = nullptr;       ///< the terrain's, held by who makes the picture
+    DeviceTechnique* onDevice = nullptr;  ///< null: on the CPU
+    std::string device = "cpu";           ///< in words
+    DeviceFigures deviceFigures;          ///< of bringing tiles
     std::unique_ptr<Shader> shader;
     std::unique_ptr<Annotations> annotations;  ///< null if there are none
     RenderOptions options;

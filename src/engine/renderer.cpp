@@ -9,6 +9,7 @@
 
 #include "base/log.h"
 #include "base/stopwatch.h"
+#include "device/devices.h"
 #include "engine/bands.h"
 #include "engine/check.h"
 #include "engine/outputs.h"
@@ -23,7 +24,9 @@ namespace {
 RenderStats collectStats(const Terrain::State& state, const Frame& frame,
                          const BandFigures& figures) {
     RenderStats s;
-    s.device = "cpu";
+    s.device = figures.lostDevice ? frame.device + ", lost; then cpu" : frame.device;
+    s.deviceMs = figures.device.deviceMs;
+    s.deviceUploadBytes = frame.deviceFigures.uploadedBytes;
     s.technique = frame.options.technique;
     s.simd = activeSimdTarget();
     s.width = frame.camera().width;
@@ -39,7 +42,7 @@ RenderStats collectStats(const Terrain::State& state, const Frame& frame,
     s.loadMs = state.build.loadMs;
     s.buildMs = state.build.buildMs;
     s.skyMs = frame.shader->skyMs();
-    s.primaryMs = figures.traceMs / state.threads;
+    s.primaryMs = figures.traceMs / state.threads + figures.device.castMs;
     s.setupMs = frame.setupMs;
     s.shadeMs = figures.shadeMs / state.threads;
     s.shadowMs = figures.shade.shadowMs / state.threads;
@@ -66,11 +69,12 @@ RenderStats collectStats(const Terrain::State& state, const Frame& frame,
 
 /// Runs work in the terrain's arena; bad_alloc becomes an Error.
 template <class Work>
-Result<RenderStats> inArena(const Terrain& terrain, Work work) {
+Result<RenderStats> inArena(const Terrain& terrain, const RenderOptions& options, Work work) {
     try {
         Result<RenderStats> result = RenderStats{};
         // Before entering the arena: a thread that waits in there may take up other work.
         const auto held = terrain.state().holdTiles();
+        const auto heldDevice = terrain.state().caster.hold(options);
         terrain.state().arena.execute([&] { result = work(terrain.state()); });
         return result;
     } catch (const std::bad_alloc&) {
@@ -137,7 +141,7 @@ Result<RenderStats> render(const Terrain& terrain, const View& view, const Rende
     if (rgba.size() != static_cast<size_t>(view.width) * static_cast<size_t>(view.height) * 4)
         return makeError(ErrorCode::Usage, "render: {} bytes do not hold {}x{} pixels of 4 bytes",
                          rgba.size(), view.width, view.height);
-    return inArena(terrain, [&](const Terrain::State& state) {
+    return inArena(terrain, options, [&](const Terrain::State& state) {
         return renderInto(state, view, options, rgba);
     });
 }
@@ -146,7 +150,7 @@ Result<RenderStats> renderToFiles(const Terrain& terrain, const View& view,
                                   const RenderOptions& options, const OutputOptions& outputs) {
     TERRAY_TRY(checkOutputNames(options, outputs));
     TERRAY_TRY(refuseToOverwrite(terrain.info(), outputs));
-    return inArena(terrain, [&](const Terrain::State& state) {
+    return inArena(terrain, options, [&](const Terrain::State& state) {
         return renderFiles(state, view, options, outputs);
     });
 }
@@ -171,6 +175,18 @@ std::vector<NamedLine> techniques() {
 std::vector<NamedLine> ramps() {
     std::vector<NamedLine> lines;
     for (const RampName& ramp : rampTable()) lines.push_back({ramp.name, ramp.line});
+    return lines;
+}
+
+std::vector<NamedLine> devices() {
+    std::vector<NamedLine> lines{{"cpu", "all cores, " + activeSimdTarget() + " (auto)"}};
+    const auto found = listDevices();
+    if (!found) lines.push_back({"vulkan", found.error().message});
+    for (size_t k = 0; found && k < found->size(); ++k) {
+        const DeviceEntry& d = (*found)[k];
+        const std::string lacks = d.lacks.empty() ? "" : "; cannot be used, lacks " + d.lacks;
+        lines.push_back({fmt::format("vulkan:{}", k), d.name + ", " + d.kind + lacks});
+    }
     return lines;
 }
 

@@ -40,6 +40,10 @@ std::string toJson(const RenderStats& s) {
         {"max_error_metres", s.maxErrorMetres},
         {"tiles_per_mip", s.tilesPerMip},
     };
+    if (s.device != "cpu") {
+        json["device_ms"] = s.deviceMs;
+        json["device_upload_bytes"] = s.deviceUploadBytes;
+    }
     if (s.onDemand) {
         json["tiles_wanted"] = s.tilesWanted;
         json["tiles_loaded"] = s.tilesLoaded;

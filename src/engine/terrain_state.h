@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "engine/device_cast.h"
 #include "engine/residency.h"
 #include "geo/frame.h"
 #include "kernel/sweep/sun_cache.h"
@@ -21,7 +22,8 @@
 namespace terray {
 
 /// const-shared, but for arena and cache, which are synchronised by themselves, and for resident
-/// and ground where tiles come and go, which `tiles` guards.
+/// and ground where tiles come and go, which `tiles` guards, and for the caster, which has to be
+/// held.
 struct Terrain::State {
     SourceInfo facts;
     std::string dataCrsWkt;
@@ -30,6 +32,7 @@ struct Terrain::State {
     /// Held by whoever traces a terrain whose tiles come and go, from bringing them to the last
     /// ray.
     mutable std::mutex tiles;
+    mutable DeviceCaster caster;
     std::optional<Photo> photo;
     BuildStats build;               ///< loadMs: with header and photo
     int threads = 0;                ///< cores that work uses

@@ -11,7 +11,7 @@ class Usage(CliTest):
     def test_help_and_version_of_every_command(self):
         commands = [[], ["info"], ["render"], ["query"], ["query", "x", "height"],
                     ["query", "x", "ray"], ["query", "x", "line-of-sight"], ["techniques"],
-                    ["shadings"], ["bench"]]
+                    ["shadings"], ["devices"], ["bench"]]
         for command in commands:
             done = self.good(*command, "--help")
             self.assertGreater(len(done.stdout), 100, command)
@@ -107,8 +107,20 @@ class Usage(CliTest):
                 self.fails(2, words, "render", "missing.tif", *flags)
 
     def test_devices_that_are_not_there(self):
-        self.fails(4, "--device vulkan", "render", "missing.tif", "--device", "vulkan")
-        self.fails(4, "--device vulkan:1", "render", "missing.tif", "--device", "vulkan:1")
+        self.fails(4, "--device vulkan", "render", "missing.tif", "--device", "vulkan:99")
+        self.fails(4, "--device vulkan", "fly", "missing.tif", "--flight", "missing.txt", "-o", "a.mp4",
+                   "--device", "vulkan:99")
+        without = {**os.environ, "VK_DRIVER_FILES": "/dev/null"}
+        done = subprocess.run([TERRAY, "render", "missing.tif", "--device", "vulkan"], env=without,
+                              capture_output=True, text=True, check=False)
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (4, 1), done.stderr)
+        self.assertIn("--device cpu", done.stderr)
+
+    def test_devices_are_listed(self):
+        lines = self.good("devices").stdout.splitlines()
+        self.assertTrue(lines[0].startswith("cpu"), lines)
+        self.assertTrue(all(line.startswith("vulkan") for line in lines[1:]), lines)
+        self.assertGreater(len(lines), 1)
 
     def test_camera_files(self):
         dem = self.ascii_grid()

@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr uint32_t kSumSpirv[] = {
-#include "shaders/device/vulkan/test_sum.comp.inc"
+#include "device/vulkan/test_sum.comp.inc"
 };
 
 struct SumConstants {

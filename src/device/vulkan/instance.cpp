@@ -80,12 +80,14 @@ Result<void> Instance::create(bool validation) {
     const std::lock_guard lock(loaderMutex());
     static const VkResult loader = volkInitialize();
     if (loader != VK_SUCCESS)
-        return makeError(ErrorCode::Resource,
-                         "--device vulkan: there is no Vulkan loader (libvulkan.so.1) on this machine; install "
-                         "libvulkan1 and a driver, or use --device cpu");
+        return makeError(
+            ErrorCode::Resource,
+            "--device vulkan: there is no Vulkan loader (libvulkan.so.1) on this machine; install "
+            "libvulkan1 and a driver, or use --device cpu");
     if (volkGetInstanceVersion() < VK_API_VERSION_1_3)
         return makeError(ErrorCode::Resource,
-                         "--device vulkan: the Vulkan loader of this machine is older than 1.3; update libvulkan1, "
+                         "--device vulkan: the Vulkan loader of this machine is older than 1.3; "
+                         "update libvulkan1, "
                          "or use --device cpu");
     if (validation && !hasValidationLayer())
         return makeError(ErrorCode::Resource,
@@ -114,7 +116,8 @@ Result<void> Instance::create(bool validation) {
     const VkResult made = vkCreateInstance(&info, nullptr, &handle_);
     if (made != VK_SUCCESS)
         return makeError(ErrorCode::Resource,
-                         "--device vulkan: Vulkan does not start ({}): no driver is installed, or it is broken; use "
+                         "--device vulkan: Vulkan does not start ({}): no driver is installed, or "
+                         "it is broken; use "
                          "--device cpu",
                          nameOf(made));
     volkLoadInstanceOnly(handle_);

@@ -21,7 +21,7 @@ namespace terray {
 namespace {
 
 constexpr uint32_t kSpirv[] = {
-#include "shaders/technique/ray_cast/ray_cast.comp.inc"
+#include "technique/ray_cast/ray_cast.comp.inc"
 };
 
 constexpr int kBlockSide = 8, kBeamSide = 16;
