@@ -13,6 +13,7 @@ using Job = std::function<int()>;
 
 void addKernel(CLI::App& program, Job& job);
 void addFrame(CLI::App& program, Job& job);
+void addDevice(CLI::App& program, Job& job);
 void addShadows(CLI::App& program, Job& job);
 void addExactness(CLI::App& program, Job& job);
 void addPeers(CLI::App& program, Job& job);

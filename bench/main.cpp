@@ -11,6 +11,7 @@ int main(int argc, char** argv) {
     terray::bench::Job job;
     terray::bench::addKernel(program, job);
     terray::bench::addFrame(program, job);
+    terray::bench::addDevice(program, job);
     terray::bench::addShadows(program, job);
     terray::bench::addExactness(program, job);
     terray::bench::addPeers(program, job);

@@ -156,7 +156,7 @@ Result<PhysicalDevice> chooseDevice(std::span<const PhysicalDevice> devices,
 namespace terray {
 
 Result<std::vector<DeviceEntry>> listDevices() {
-    const auto instance = vulkan::Instance::make(vulkan::wantsValidation());
+    const auto instance = vulkan::Instance::of(vulkan::wantsValidation());
     if (!instance) return instance.error();
     std::vector<DeviceEntry> entries;
     for (const auto& device : vulkan::physicalDevices(**instance))
@@ -166,7 +166,7 @@ Result<std::vector<DeviceEntry>> listDevices() {
 }
 
 Result<void> lookForDevice(const std::string& which) {
-    const auto instance = vulkan::Instance::make(vulkan::wantsValidation());
+    const auto instance = vulkan::Instance::of(vulkan::wantsValidation());
     if (!instance) return instance.error();
     const auto chosen = vulkan::chooseDevice(vulkan::physicalDevices(**instance), which);
     return chosen ? Result<void>{} : chosen.error();

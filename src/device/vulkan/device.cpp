@@ -31,9 +31,9 @@ Result<std::unique_ptr<Device>> Device::open(const DeviceOptions& options) {
 }
 
 Result<void> Device::create(const DeviceOptions& options) {
-    auto instance = Instance::make(options.validation);
+    const auto instance = Instance::of(options.validation);
     if (!instance) return instance.error();
-    instance_ = std::move(*instance);
+    instance_ = *instance;
     const auto devices = physicalDevices(*instance_);
     auto chosen = chooseDevice(devices, options.which);
     if (!chosen) return chosen.error();

@@ -16,7 +16,7 @@ class Commands;
 
 struct DeviceOptions {
     std::string which{};        ///< as in chooseDevice()
-    bool validation = false;    ///< see Instance::make()
+    bool validation = false;    ///< see Instance::of()
     uint64_t budgetBytes = 0;   ///< of its memory; 0: half of it
     std::string cacheFolder{};  ///< of compiled pipelines; empty: none are kept
     int submitsUntilLost = -1;  ///< of a test: the device counts as lost after so many; -1: never
@@ -35,7 +35,7 @@ public:
 
     const PhysicalDevice& physical() const { return physical_; }
     std::string name() const { return physical_.name(); }
-    const std::shared_ptr<const Instance>& instance() const { return instance_; }
+    const Instance& instance() const { return *instance_; }
     VkDevice handle() const { return handle_; }
     const VolkDeviceTable& vk() const { return vk_; }
     const Memory& memory() const { return *memory_; }
@@ -67,7 +67,7 @@ private:
     /// An Error unless the result is a success; notes that the device is lost.
     Result<void> check(VkResult result, const char* doing);
 
-    std::shared_ptr<const Instance> instance_;
+    const Instance* instance_ = nullptr;
     PhysicalDevice physical_;
     VkDevice handle_ = VK_NULL_HANDLE;
     VolkDeviceTable vk_{};

@@ -70,14 +70,22 @@ bool wantsValidation() {
     return wish != nullptr && std::strcmp(wish, "0") != 0 && *wish != '\0';
 }
 
-Result<std::shared_ptr<const Instance>> Instance::make(bool validation) {
-    std::shared_ptr<Instance> instance(new Instance);
-    TERRAY_TRY(instance->create(validation));
-    return std::shared_ptr<const Instance>(instance);
+Result<const Instance*> Instance::of(bool validation) {
+    static std::array<Instance*, 2> instances{};
+    const std::lock_guard lock(loaderMutex());
+    Instance*& instance = instances[validation ? 1 : 0];
+    if (instance == nullptr) {
+        auto* made = new Instance;
+        if (const auto created = made->create(validation); !created) {
+            delete made;
+            return created.error();
+        }
+        instance = made;
+    }
+    return instance;
 }
 
 Result<void> Instance::create(bool validation) {
-    const std::lock_guard lock(loaderMutex());
     static const VkResult loader = volkInitialize();
     if (loader != VK_SUCCESS)
         return makeError(
@@ -134,15 +142,6 @@ Result<void> Instance::listen() {
         return makeError(ErrorCode::Resource, "the Vulkan validation layer does not report ({})",
                          nameOf(made));
     return {};
-}
-
-Instance::~Instance() {
-    if (messenger_ != VK_NULL_HANDLE) {
-        const auto destroy = reinterpret_cast<PFN_vkDestroyDebugUtilsMessengerEXT>(
-            vkGetInstanceProcAddr(handle_, "vkDestroyDebugUtilsMessengerEXT"));
-        destroy(handle_, messenger_, nullptr);
-    }
-    if (handle_ != VK_NULL_HANDLE) vkDestroyInstance(handle_, nullptr);
 }
 
 }  // namespace terray::vulkan

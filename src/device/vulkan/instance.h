@@ -2,7 +2,6 @@
 // The Vulkan instance: headless, with the validation layer on request.
 #pragma once
 
-#include <memory>
 #include <mutex>
 #include <string>
 #include <vector>
@@ -22,13 +21,13 @@ private:
     std::vector<std::string> texts_;
 };
 
-/// const-shared.
+/// One for the process, and one that validates; they stay until it ends, since drivers that are
+/// loaded and unloaded again and again lose memory. const-shared.
 class Instance {
 public:
     /// `validation`: with core and synchronisation checks. Error Resource when there is no loader,
     /// or no validation layer to be had.
-    static Result<std::shared_ptr<const Instance>> make(bool validation);
-    ~Instance();
+    static Result<const Instance*> of(bool validation);
     Instance(const Instance&) = delete;
     Instance& operator=(const Instance&) = delete;
 

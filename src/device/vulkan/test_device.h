@@ -2,7 +2,6 @@
 // Devices for tests: validated, or the test is skipped aloud.
 #pragma once
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -18,14 +17,12 @@ protected:
     void SetUp() override {
         const auto devices = listDevices();
         if (!devices) GTEST_SKIP() << devices.error().message;
+        faults_ = validationFaults();
         device_ = open({});
     }
     void TearDown() override {
-        if (!device_) return;
-        // Destroyed first: objects that were left over are faults too.
-        const std::shared_ptr<const Instance> instance = device_->instance();
-        device_.reset();
-        EXPECT_THAT(instance->messages(), testing::IsEmpty());
+        device_.reset();  // objects that were left over are faults too
+        EXPECT_EQ(validationFaults(), faults_);
     }
 
     static std::unique_ptr<Device> open(DeviceOptions options) {
@@ -38,6 +35,7 @@ protected:
 
 private:
     std::unique_ptr<Device> device_;
+    uint64_t faults_ = 0;
 };
 
 }  // namespace terray::vulkan
