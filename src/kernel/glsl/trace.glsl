@@ -15,9 +15,10 @@
 TraceHit traceRay(TraceCut cut, TraceRay ray, RaySlack slack) {
     Walk w = beginWalk(cut, ray, slack);
     while (w.result == kWalkGoesOn) {
-        // All rays that run together come to a cell before any of them tests one.
-        while (w.result == kWalkGoesOn && w.level > w.mip) w = stepNode(cut, ray, w);
-        if (w.result == kWalkGoesOn) w = stepCell(cut, ray, w);
+        // All rays that run together come to a tile, then to a cell, before any of them tests one.
+        while (w.result == kWalkGoesOn && w.mip < 0) w = stepSquare(cut, ray, w);
+        while (w.result == kWalkGoesOn && w.mip >= 0 && w.level > w.mip) w = stepBlock(cut, ray, w);
+        if (w.result == kWalkGoesOn && w.mip >= 0) w = stepCell(cut, ray, w);
     }
     uint flags = w.under ? kHitUnderSheet : 0u;
     if (w.result == kWalkHits) flags |= w.hitFlags;

@@ -205,40 +205,69 @@ Block blockOfTile(Walk w) {
     return b;
 }
 
-// One step over a block of the directory or of a tile's pyramid.
-Walk stepNode(TraceCut cut, TraceRay ray, Walk w) {
+// What a step finds at a block that stands in the way.
+struct Step {
+    Walk w;
+    bool meets;  // the ray may meet what is in the block: e, entry, plane and error say how
+    BlockExit e;
+    float entry, plane, error;
+};
+
+Step stepOver(TraceCut cut, TraceRay ray, Walk w, Block b, bool inDirectory) {
+    Step s;
+    s.e = leaveBlock(ray, w);
+    s.error = errorAnywhere(cut, w, s.e.t);
+    s.entry = rayHeight(ray, w.t);
+    s.plane = b.top + s.error;
+    float lowest = rayHeight(ray, clamp(w.vertex, w.t, s.e.t));
+    float highest = max(s.entry, rayHeight(ray, s.e.t));
+    bool nothing = b.state == kSquareEmpty;
+    bool above = lowest > s.plane;
+    s.meets = !(nothing || above || highest < b.bottom - s.error);
+    if (!s.meets) {
+        // A ray that clears this block by less than the block's own relief rarely clears its parent.
+        float relief = b.top - b.bottom;
+        float clears = max(lowest - s.plane, (b.bottom - s.error) - highest);
+        bool climb = inDirectory || nothing || clears > relief + 2.0f * s.error;
+        w = keepSide(w, nothing ? 0 : (above ? 1 : -1));
+        w = moveOn(cut, ray, w, s.e, climb);
+    }
+    s.w = w;
+    return s;
+}
+
+// One step over a square of the directory.
+Walk stepSquare(TraceCut cut, TraceRay ray, Walk w) {
     w.steps += 1;
     if (w.steps > cut.maxSteps) {
         w.result = kWalkUnsure;
         return w;
     }
-    Block b;
-    if (w.mip >= 0)
-        b = blockOfTile(w);
-    else
-        b = blockOfDirectory(cut, w);
+    Block b = blockOfDirectory(cut, w);
     if (b.state == kSquareCovered) {
         w.level += 1;
         return w;
     }
-    BlockExit e = leaveBlock(ray, w);
-    float error = errorAnywhere(cut, w, e.t);
-    float entry = rayHeight(ray, w.t);
-    float lowest = rayHeight(ray, clamp(w.vertex, w.t, e.t));
-    float highest = max(entry, rayHeight(ray, e.t));
-    bool nothing = b.state == kSquareEmpty;
-    bool above = lowest > b.top + error;
-    if (nothing || above || highest < b.bottom - error) {
-        // A ray that clears this block by less than the block's own relief rarely clears its parent.
-        float relief = b.top - b.bottom;
-        float clears = max(lowest - (b.top + error), (b.bottom - error) - highest);
-        bool climb = w.mip < 0 || nothing || clears > relief + 2.0f * error;
-        w = keepSide(w, nothing ? 0 : (above ? 1 : -1));
-        w = moveOn(cut, ray, w, e, climb);
-    } else if (b.state == kSquareDrawn) {
-        w = enterTile(cut, w, b.slot);
-    } else {
-        w = goDown(ray, w, e, entry, b.top + error, error);
+    Step s = stepOver(cut, ray, w, b, true);
+    w = s.w;
+    if (s.meets) {
+        if (b.state == kSquareDrawn)
+            w = enterTile(cut, w, b.slot);
+        else
+            w = goDown(ray, w, s.e, s.entry, s.plane, s.error);
     }
+    return w;
+}
+
+// One step over a block of a tile's pyramid.
+Walk stepBlock(TraceCut cut, TraceRay ray, Walk w) {
+    w.steps += 1;
+    if (w.steps > cut.maxSteps) {
+        w.result = kWalkUnsure;
+        return w;
+    }
+    Step s = stepOver(cut, ray, w, blockOfTile(w), false);
+    w = s.w;
+    if (s.meets) w = goDown(ray, w, s.e, s.entry, s.plane, s.error);
     return w;
 }

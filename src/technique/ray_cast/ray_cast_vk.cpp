@@ -30,6 +30,20 @@ constexpr size_t kBeamBlocks = 4, kBeamRays = kBeamBlocks * kBatchRays;
 constexpr size_t kMostBeams = 512, kLeastBeams = 16;
 constexpr uint64_t kUploadBytes = uint64_t{8} << 20;
 
+struct PixelPlace {
+    uint8_t x, y;
+};
+/// The pixels of a block as invocations have them: 4 x 2 after 4 x 2, so that those which run
+/// together see the same ground.
+constexpr std::array<PixelPlace, kBatchRays> pixelOrder() {
+    std::array<PixelPlace, kBatchRays> order{};
+    for (size_t k = 0; k < order.size(); ++k)
+        order[k] = {static_cast<uint8_t>(k / 8 % 2 * 4 + k % 4),
+                    static_cast<uint8_t>(k / 16 * 2 + k / 4 % 2)};
+    return order;
+}
+constexpr auto kOrder = pixelOrder();
+
 /// 16 x 16 pixels of an image tile.
 struct BeamPlace {
     size_t tile;
@@ -182,11 +196,10 @@ void RayCastVk::place(CastJob& job, Flight& flight) {
             const CastJob::Pixels pixels = job.pixelsOf(beam, k);
             std::array<double, kBatchRays> px, py;
             size_t count = 0;
-            for (int y = 0; y < pixels.height; ++y) {
-                for (int x = 0; x < pixels.width; ++x) {
-                    px[count] = tile.x + pixels.x + x + job.offset.x;
-                    py[count++] = tile.y + pixels.y + y + job.offset.y;
-                }
+            for (const auto& [x, y] : kOrder) {
+                if (x >= pixels.width || y >= pixels.height) continue;
+                px[count] = tile.x + pixels.x + x + job.offset.x;
+                py[count++] = tile.y + pixels.y + y + job.offset.y;
             }
             if (count > 0) {
                 RayBatch& batch = flight.batches[block];
@@ -239,12 +252,12 @@ Result<void> RayCastVk::finish(CastJob& job, Flight& flight, DeviceFigures& figu
                         std::span(hits).first(static_cast<size_t>(count)), counters);
         counters.beams += static_cast<uint64_t>(count);
         const auto stride = static_cast<size_t>(job.tiles[beam.tile].width);
-        for (int y = 0; y < pixels.height; ++y)
-            std::copy_n(hits.begin() + y * pixels.width, pixels.width,
-                        job.hits.begin() +
-                            static_cast<ptrdiff_t>(job.firstHit[beam.tile] +
-                                                   static_cast<size_t>(pixels.y + y) * stride +
-                                                   static_cast<size_t>(pixels.x)));
+        const std::span<Hit> out =
+            job.hits.subspan(job.firstHit[beam.tile] + static_cast<size_t>(pixels.y) * stride +
+                             static_cast<size_t>(pixels.x));
+        size_t k = 0;
+        for (const auto& [x, y] : kOrder)
+            if (x < pixels.width && y < pixels.height) out[y * stride + x] = hits[k++];
     });
     flight.beams = {};
     return {};
