@@ -7,6 +7,7 @@
 
 #include "commands.h"
 #include "device/devices.h"
+#include "kernel/scalar/oracle.h"
 #include "measure.h"
 
 namespace terray::bench {
@@ -19,7 +20,8 @@ struct DeviceOptions : SpeedOptions {
 struct Figures {
     double deviceMs = 0, castMs = 0, cpuMs = 0;  ///< medians
     TraceCounters counters;
-    uint64_t missed = 0;    ///< pixels that hit on one of the two only
+    uint64_t differ = 0;    ///< pixels that hit on one of the two only
+    uint64_t wrong = 0;     ///< of these, the device's by the oracle's word
     uint64_t uploaded = 0;  ///< bytes, the first time
 };
 
@@ -58,7 +60,19 @@ Result<Figures> measure(DeviceTechnique& device, const Technique& cpu, const Ter
         castMs.push_back(once.castMs);
         cpuMs.push_back(watch.elapsedMs());
     }
-    for (size_t k = 0; k < pixels; ++k) figures.missed += isHit(hits[k]) != isHit(onCpu[k]) ? 1 : 0;
+    size_t first = 0;
+    for (const ImageTile& tile : tiles) {
+        for (size_t k = 0; k < tile.pixelCount(); ++k) {
+            const Hit& hit = hits[first + k];
+            if (isHit(hit) == isHit(onCpu[first + k])) continue;
+            const auto width = static_cast<size_t>(tile.width);
+            const Ray ray = rays.rayThrough(tile.x + static_cast<double>(k % width) + 0.5,
+                                            tile.y + static_cast<double>(k / width) + 0.5);
+            ++figures.differ;
+            figures.wrong += isHit(hit) != isHit(oracle::firstHit(cut, ray).hit) ? 1 : 0;
+        }
+        first += tile.pixelCount();
+    }
     figures.deviceMs = median(deviceMs);
     figures.castMs = median(castMs);
     figures.cpuMs = median(cpuMs);
@@ -86,21 +100,23 @@ nlohmann::json jsonOf(const Scene& scene, const DeviceOptions& options, const st
             {"steps_per_ray", static_cast<double>(f.counters.steps) / rays},
             {"redone_share", static_cast<double>(f.counters.redone) / rays},
             {"upload_bytes", f.uploaded},
-            {"hit_on_one_only", f.missed}};
+            {"hit_on_one_only", f.differ},
+            {"wrong", f.wrong}};
 }
 
 void printTable(const std::vector<nlohmann::json>& lines) {
-    fmt::print("{:<10} {:>10} {:>10} {:>10} {:>16} {:>10} {:>10} {:>9} {:>7}\n", "camera",
+    fmt::print("{:<10} {:>10} {:>10} {:>10} {:>16} {:>10} {:>10} {:>9} {:>7} {:>6}\n", "camera",
                "device ms", "with host", "CPU alone", "device M rays/s", "M rays/s", "steps/ray",
-               "redone %", "differ");
+               "redone %", "differ", "wrong");
     for (const nlohmann::json& line : lines)
         fmt::print(
-            "{:<10} {:>10.1f} {:>10.1f} {:>10.1f} {:>16.1f} {:>10.1f} {:>10.2f} {:>9.4f} {:>7}\n",
+            "{:<10} {:>10.1f} {:>10.1f} {:>10.1f} {:>16.1f} {:>10.1f} {:>10.2f} {:>9.4f} {:>7} "
+            "{:>6}\n",
             line["camera"].get<std::string>(), line["device_ms"].get<double>(),
             line["cast_ms"].get<double>(), line["cpu_ms"].get<double>(),
             line["device_mrays_per_s"].get<double>(), line["mrays_per_s"].get<double>(),
             line["steps_per_ray"].get<double>(), 100 * line["redone_share"].get<double>(),
-            line["hit_on_one_only"].get<uint64_t>());
+            line["hit_on_one_only"].get<uint64_t>(), line["wrong"].get<uint64_t>());
 }
 
 int runDevice(const DeviceOptions& options) {

@@ -12,6 +12,8 @@
 namespace terray {
 namespace {
 
+constexpr int kMostLosses = 2;
+
 /// Of tests: after how many submissions a device counts as lost.
 int submitsUntilLost() {
     const char* text = std::getenv("TERRAY_VULKAN_LOSE_AFTER");
@@ -29,7 +31,7 @@ Result<DeviceTechnique*> DeviceCaster::prepare(const RenderOptions& options, con
                                                DeviceFigures& figures) {
     const auto wish = parseDevice(options.device);
     if (!wish) return wish.error();
-    if (!wish->vulkan || lost_) return nullptr;
+    if (!wish->vulkan || losses_ >= kMostLosses) return nullptr;
     const std::string wanted = options.technique + " " + wish->which;
     if (!technique_ || openedFor_ != wanted) {
         technique_.reset();
@@ -50,8 +52,9 @@ Result<DeviceTechnique*> DeviceCaster::prepare(const RenderOptions& options, con
 
 Result<void> DeviceCaster::giveUpIfLost(const Error& error) {
     if (!technique_->isLost()) return error;
-    log::warning("{}; the CPU goes on", error.message);
-    lost_ = true;
+    ++losses_;
+    log::warning("{}; the CPU goes on{}", error.message,
+                 losses_ < kMostLosses ? " with this picture" : "");
     technique_.reset();
     return {};
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A terrain's device: opened when a picture first asks for it, kept, given up when it is lost.
+// A terrain's device: opened when a picture first asks for it, kept, opened anew when it was lost.
 #pragma once
 
 #include <memory>
@@ -16,11 +16,12 @@ namespace terray {
 class DeviceCaster {
 public:
     /// The technique on the device that `options` name, with the cut's tiles on it; null: on the
-    /// CPU, by choice or because the device is lost. Error Resource if it cannot be had.
+    /// CPU, by choice or because the device is lost again and again. Error Resource if it cannot be
+    /// had.
     Result<DeviceTechnique*> prepare(const RenderOptions& options, const TerrainCut& cut,
                                      DeviceFigures& figures);
-    /// After an Error of the technique: says that the CPU goes on if the device is lost; passes
-    /// other Errors on.
+    /// After an Error of the technique: if the device is lost, says that the CPU goes on with this
+    /// picture; passes other Errors on.
     Result<void> giveUpIfLost(const Error& error);
 
     /// Whoever makes a picture on a device holds it until the last ray.
@@ -30,7 +31,7 @@ private:
     std::mutex mutex_;
     std::unique_ptr<DeviceTechnique> technique_;
     std::string openedFor_;  ///< technique and device
-    bool lost_ = false;
+    int losses_ = 0;  ///< of the device; it is opened anew for the next picture, but not for ever
 };
 
 /// Hits of a few image tiles, cast at once on a device before they are shaded one by one. confined

@@ -124,25 +124,45 @@ TEST_F(DevicePicture, TilesAreUploadedOnce) {
 }
 
 TEST_F(DevicePicture, ALostDeviceLeavesTheRestToTheCpu) {
+    View view = smallView();
+    view.width = 128;
+    view.height = 300;  // two bands
     // Lost while tiles are brought, at the first rays, and some rays later.
     for (const int submits : {0, 5, 8}) {
         const auto terrain = Terrain::open(kTerrain);
         ASSERT_TRUE(terrain.ok());
+        const Picture cpu = pictureOf(*terrain, view, {}, "cpu");
         ASSERT_EQ(setenv("TERRAY_VULKAN_LOSE_AFTER", std::to_string(submits).c_str(), 1), 0);
         testing::internal::CaptureStderr();
-        View view = smallView();
-        view.height = 600;  // several bands
-        const Picture device = pictureOf(*terrain, view, {}, "vulkan");
-        const Picture next = pictureOf(*terrain, view, {}, "vulkan");
+        const Picture first = pictureOf(*terrain, view, {}, "vulkan");
+        const Picture second = pictureOf(*terrain, view, {}, "vulkan");  // lost again
+        const Picture third = pictureOf(*terrain, view, {}, "vulkan");
         const std::string words = testing::internal::GetCapturedStderr();
-        EXPECT_NE(words.find("the CPU goes on"), std::string::npos) << words;
-        const Picture cpu = pictureOf(*terrain, view, {}, "cpu");
-        expectTheSame(device, cpu);
-        EXPECT_EQ(next.rgba, cpu.rgba);
-        EXPECT_EQ(next.stats.device, "cpu");
-        const bool noted = device.stats.device.find("lost") != std::string::npos;
-        EXPECT_EQ(noted, submits > 0) << device.stats.device;
+        EXPECT_NE(words.find("the CPU goes on with this picture"), std::string::npos) << words;
+        for (const Picture* picture : {&first, &second}) {
+            expectTheSame(*picture, cpu);
+            const bool noted = picture->stats.device.find("lost") != std::string::npos;
+            EXPECT_EQ(noted, submits > 0) << picture->stats.device;
+        }
+        EXPECT_EQ(third.rgba, cpu.rgba);
+        EXPECT_EQ(third.stats.device, "cpu");
     }
+}
+
+TEST_F(DevicePicture, ALostDeviceIsOpenedAnew) {
+    const auto terrain = Terrain::open(kTerrain);
+    ASSERT_TRUE(terrain.ok());
+    ASSERT_EQ(setenv("TERRAY_VULKAN_LOSE_AFTER", "5", 1), 0);
+    testing::internal::CaptureStderr();
+    const Picture lost = pictureOf(*terrain, smallView(), {}, "vulkan");
+    testing::internal::GetCapturedStderr();
+    unsetenv("TERRAY_VULKAN_LOSE_AFTER");
+    const Picture whole = pictureOf(*terrain, smallView(), {}, "vulkan");
+    EXPECT_NE(lost.stats.device.find("lost"), std::string::npos);
+    EXPECT_TRUE(whole.stats.device.starts_with("vulkan: "));
+    EXPECT_EQ(whole.stats.device.find("lost"), std::string::npos);
+    EXPECT_GT(whole.stats.deviceUploadBytes, 500'000u);
+    expectTheSame(whole, lost);
 }
 
 TEST_F(DevicePicture, BuffersAreThoseOfTheCpu) {
