@@ -40,7 +40,7 @@ std::string toJson(const RenderStats& s) {
         {"max_error_metres", s.maxErrorMetres},
         {"tiles_per_mip", s.tilesPerMip},
     };
-    if (s.device != "cpu") {
+    if (s.device.starts_with("vulkan")) {
         json["device_ms"] = s.deviceMs;
         json["device_upload_bytes"] = s.deviceUploadBytes;
     }

@@ -32,5 +32,17 @@ TEST(Stats, JsonGivesValuesBack) {
     EXPECT_EQ(json["tiles_per_mip"], (std::vector<int>{3, 1}));
 }
 
+TEST(Stats, DevicesHaveFiguresOfTheirOwn) {
+    RenderStats stats;
+    stats.device = "cpu";
+    EXPECT_FALSE(nlohmann::json::parse(toJson(stats)).contains("device_ms"));
+    stats.device = "vulkan: Voodoo";
+    stats.deviceMs = 2.5;
+    stats.deviceUploadBytes = 77;
+    const auto json = nlohmann::json::parse(toJson(stats));
+    EXPECT_EQ(json["device_ms"], 2.5);
+    EXPECT_EQ(json["device_upload_bytes"], 77);
+}
+
 }  // namespace
 }  // namespace terray

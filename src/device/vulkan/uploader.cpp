@@ -17,6 +17,10 @@ Result<std::unique_ptr<Uploader>> Uploader::make(Device& device, uint64_t partBy
     return uploader;
 }
 
+Uploader::~Uploader() {
+    if (!device_.isLost()) static_cast<void>(device_.waitIdle());
+}
+
 Result<void> Uploader::beginPart() {
     TERRAY_TRY(device_.wait(tickets_[turn_]));
     auto commands = device_.begin();

@@ -11,6 +11,10 @@ class Uploader {
 public:
     /// `partBytes`: of one of the ring's parts; one is filled while the others travel.
     static Result<std::unique_ptr<Uploader>> make(Device& device, uint64_t partBytes);
+    /// Waits for what travels.
+    ~Uploader();
+    Uploader(const Uploader&) = delete;
+    Uploader& operator=(const Uploader&) = delete;
 
     /// Of any size, cut into parts where it must be. What used these bytes of `to` before must be
     /// submitted.

@@ -100,6 +100,7 @@ private:
     Result<void> makeFlights();
     Result<void> makeFlight(Flight& flight) const;
     Result<void> makePipeline(const TerrainCut& cut);
+    Result<void> fly(CastJob& job, std::span<const BeamPlace> beams, DeviceFigures& figures);
     static void place(CastJob& job, Flight& flight);
     Result<void> submit(Flight& flight);
     Result<void> finish(CastJob& job, Flight& flight, DeviceFigures& figures);
@@ -263,6 +264,22 @@ Result<void> RayCastVk::finish(CastJob& job, Flight& flight, DeviceFigures& figu
     return {};
 }
 
+/// While the device traces one flight the cores place and finish the other.
+Result<void> RayCastVk::fly(CastJob& job, std::span<const BeamPlace> beams,
+                            DeviceFigures& figures) {
+    size_t turn = 0;
+    for (size_t begin = 0; begin < beams.size(); begin += beamsAtOnce_, turn ^= 1) {
+        Flight& flight = flights_[turn];
+        if (!flight.beams.empty()) TERRAY_TRY(finish(job, flight, figures));
+        flight.beams = beams.subspan(begin, std::min(beamsAtOnce_, beams.size() - begin));
+        place(job, flight);
+        TERRAY_TRY(submit(flight));
+    }
+    for (int k = 0; k < 2; ++k, turn ^= 1)
+        if (!flights_[turn].beams.empty()) TERRAY_TRY(finish(job, flights_[turn], figures));
+    return {};
+}
+
 Result<void> RayCastVk::cast(const TerrainCut& cut, const RayFrame& rays,
                              std::span<const ImageTile> tiles, Vec2 offset, std::span<Hit> hits,
                              TraceCounters& counters, DeviceFigures& figures) {
@@ -276,18 +293,11 @@ Result<void> RayCastVk::cast(const TerrainCut& cut, const RayFrame& rays,
         for (int y = 0; y < tiles[k].height; y += kBeamSide)
             for (int x = 0; x < tiles[k].width; x += kBeamSide) beams.push_back({k, x, y});
     }
-    // While the device traces one flight the cores place and finish the other.
-    size_t turn = 0;
-    for (size_t begin = 0; begin < beams.size(); begin += beamsAtOnce_, turn ^= 1) {
-        Flight& flight = flights_[turn];
-        if (!flight.beams.empty()) TERRAY_TRY(finish(job, flight, figures));
-        flight.beams =
-            std::span(beams).subspan(begin, std::min(beamsAtOnce_, beams.size() - begin));
-        place(job, flight);
-        TERRAY_TRY(submit(flight));
+    if (const auto flown = fly(job, beams, figures); !flown) {
+        if (!device_->isLost()) static_cast<void>(device_->waitIdle());
+        for (Flight& flight : flights_) flight.beams = {};
+        return flown.error();
     }
-    for (int k = 0; k < 2; ++k, turn ^= 1)
-        if (!flights_[turn].beams.empty()) TERRAY_TRY(finish(job, flights_[turn], figures));
     for (const TraceCounters& c : job.counters) counters.add(c);
     figures.castMs += watch.elapsedMs();
     return {};
