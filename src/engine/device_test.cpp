@@ -12,7 +12,7 @@
 namespace terray {
 namespace {
 
-constexpr const char* kTerrain = "synthetic:fractal?size=700&cell=10&seed=3";
+constexpr const char* kDeviceTerrain = "synthetic:fractal?size=700&cell=10&seed=3";
 
 /// Skipped aloud where there is no device.
 class DevicePicture : public testing::Test {
@@ -32,7 +32,7 @@ private:
     uint64_t faults_ = 0;
 };
 
-View smallView() {
+View deviceView() {
     View view;
     view.width = 256;
     view.height = 144;
@@ -74,15 +74,15 @@ void expectTheSame(const Picture& device, const Picture& cpu) {
 }
 
 TEST_F(DevicePicture, IsThatOfTheCpu) {
-    const auto terrain = Terrain::open(kTerrain);
+    const auto terrain = Terrain::open(kDeviceTerrain);
     ASSERT_TRUE(terrain.ok());
     for (const int samples : {1, 4}) {
         for (const Shading shading : {Shading::Ramp, Shading::Distance}) {
             RenderOptions options;
             options.samples = samples;
             options.shading = shading;
-            const Picture device = pictureOf(*terrain, smallView(), options, "vulkan");
-            const Picture cpu = pictureOf(*terrain, smallView(), options, "cpu");
+            const Picture device = pictureOf(*terrain, deviceView(), options, "vulkan");
+            const Picture cpu = pictureOf(*terrain, deviceView(), options, "cpu");
             expectTheSame(device, cpu);
             EXPECT_EQ(cpu.stats.device, "cpu");
             EXPECT_TRUE(device.stats.device.starts_with("vulkan: ")) << device.stats.device;
@@ -93,43 +93,43 @@ TEST_F(DevicePicture, IsThatOfTheCpu) {
 }
 
 TEST_F(DevicePicture, IsThatOfTheCpuForEveryProjectionAndSurface) {
-    const auto terrain = Terrain::open(kTerrain);
+    const auto terrain = Terrain::open(kDeviceTerrain);
     ASSERT_TRUE(terrain.ok());
-    View panorama = smallView(), ortho = smallView();
+    View panorama = deviceView(), ortho = deviceView();
     panorama.projection = Projection::Panorama;
     panorama.eye = Place{3500, 3500, 300, true};
     ortho.projection = Projection::Ortho;
     RenderOptions constant;
     constant.samples = 1;
     constant.surface = Surface::Constant;
-    for (const View& view : {panorama, ortho, smallView()})
+    for (const View& view : {panorama, ortho, deviceView()})
         expectTheSame(pictureOf(*terrain, view, constant, "vulkan"),
                       pictureOf(*terrain, view, constant, "cpu"));
     RenderOptions tall;
     tall.samples = 1;
     tall.exaggeration = 2.5;
-    for (const View& view : {panorama, ortho, smallView()})
+    for (const View& view : {panorama, ortho, deviceView()})
         expectTheSame(pictureOf(*terrain, view, tall, "vulkan"),
                       pictureOf(*terrain, view, tall, "cpu"));
 }
 
 TEST_F(DevicePicture, TilesAreUploadedOnce) {
-    const auto terrain = Terrain::open(kTerrain);
+    const auto terrain = Terrain::open(kDeviceTerrain);
     ASSERT_TRUE(terrain.ok());
-    const Picture first = pictureOf(*terrain, smallView(), {}, "vulkan");
-    const Picture second = pictureOf(*terrain, smallView(), {}, "vulkan");
+    const Picture first = pictureOf(*terrain, deviceView(), {}, "vulkan");
+    const Picture second = pictureOf(*terrain, deviceView(), {}, "vulkan");
     EXPECT_EQ(first.rgba, second.rgba);
     EXPECT_GT(first.stats.deviceUploadBytes, 500'000u);
     EXPECT_LT(second.stats.deviceUploadBytes, 10'000u);
 }
 
 TEST_F(DevicePicture, ALostDeviceLeavesTheRestToTheCpu) {
-    View view = smallView();
+    View view = deviceView();
     view.width = 128;
     view.height = 300;  // two bands
     // Lost while tiles are brought, at the first rays, and some rays later.
     for (const int submits : {0, 5, 8}) {
-        const auto terrain = Terrain::open(kTerrain);
+        const auto terrain = Terrain::open(kDeviceTerrain);
         ASSERT_TRUE(terrain.ok());
         const Picture cpu = pictureOf(*terrain, view, {}, "cpu");
         ASSERT_EQ(setenv("TERRAY_VULKAN_LOSE_AFTER", std::to_string(submits).c_str(), 1), 0);
@@ -150,14 +150,14 @@ TEST_F(DevicePicture, ALostDeviceLeavesTheRestToTheCpu) {
 }
 
 TEST_F(DevicePicture, ALostDeviceIsOpenedAnew) {
-    const auto terrain = Terrain::open(kTerrain);
+    const auto terrain = Terrain::open(kDeviceTerrain);
     ASSERT_TRUE(terrain.ok());
     ASSERT_EQ(setenv("TERRAY_VULKAN_LOSE_AFTER", "5", 1), 0);
     testing::internal::CaptureStderr();
-    const Picture lost = pictureOf(*terrain, smallView(), {}, "vulkan");
+    const Picture lost = pictureOf(*terrain, deviceView(), {}, "vulkan");
     testing::internal::GetCapturedStderr();
     unsetenv("TERRAY_VULKAN_LOSE_AFTER");
-    const Picture whole = pictureOf(*terrain, smallView(), {}, "vulkan");
+    const Picture whole = pictureOf(*terrain, deviceView(), {}, "vulkan");
     EXPECT_NE(lost.stats.device.find("lost"), std::string::npos);
     EXPECT_TRUE(whole.stats.device.starts_with("vulkan: "));
     EXPECT_EQ(whole.stats.device.find("lost"), std::string::npos);
@@ -166,7 +166,7 @@ TEST_F(DevicePicture, ALostDeviceIsOpenedAnew) {
 }
 
 TEST_F(DevicePicture, BuffersAreThoseOfTheCpu) {
-    const auto terrain = Terrain::open(kTerrain);
+    const auto terrain = Terrain::open(kDeviceTerrain);
     ASSERT_TRUE(terrain.ok());
     const auto folder = std::filesystem::temp_directory_path() / "terray_device_buffers";
     std::filesystem::create_directories(folder);
@@ -175,7 +175,7 @@ TEST_F(DevicePicture, BuffersAreThoseOfTheCpu) {
     OutputOptions outputs;
     outputs.path = (folder / "a.png").string();
     outputs.aovs = {{Aov::Distance, (folder / "d.tif").string()}};
-    const auto stats = renderToFiles(*terrain, smallView(), options, outputs);
+    const auto stats = renderToFiles(*terrain, deviceView(), options, outputs);
     ASSERT_TRUE(stats.ok()) << stats.error().message;
     // Four places for the picture, the centre for the buffer.
     EXPECT_EQ(stats->rays, uint64_t{5} * 256 * 144);
@@ -185,7 +185,7 @@ TEST_F(DevicePicture, BuffersAreThoseOfTheCpu) {
 TEST(DeviceOption, IsCheckedBeforeAnyWork) {
     RenderOptions options;
     options.device = "vulkan:99";
-    const auto checked = checkRender(smallView(), options, {});
+    const auto checked = checkRender(deviceView(), options, {});
     ASSERT_FALSE(checked);
     EXPECT_EQ(checked.error().code, ErrorCode::Resource);
     EXPECT_TRUE(checked.error().message.starts_with("--device vulkan")) << checked.error().message;

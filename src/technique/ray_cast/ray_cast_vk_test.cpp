@@ -40,7 +40,7 @@ private:
     uint64_t faults_ = 0;
 };
 
-std::unique_ptr<ResidentTerrain> makeTerrain(bool town, int64_t size = 1300) {
+std::unique_ptr<ResidentTerrain> makeDeviceTerrain(bool town, int64_t size = 1300) {
     SyntheticOptions options;
     options.columns = size;
     options.rows = size - 300;
@@ -155,7 +155,7 @@ void expectCpuHits(DeviceTechnique& technique, const ResidentTerrain& terrain, c
 }
 
 TEST_F(RayCastVkTest, EqualsTheCpuOnTheFractal) {
-    const auto terrain = makeTerrain(false);
+    const auto terrain = makeDeviceTerrain(false);
     const auto technique = open();
     const FrameCut cut = finestCut(*terrain, kSurfaceBilinear);
     for (const Eye& eye :
@@ -165,7 +165,7 @@ TEST_F(RayCastVkTest, EqualsTheCpuOnTheFractal) {
 }
 
 TEST_F(RayCastVkTest, EqualsTheCpuOnTheTown) {
-    const auto terrain = makeTerrain(true);
+    const auto terrain = makeDeviceTerrain(true);
     const auto technique = open();
     const FrameCut cut = finestCut(*terrain, kSurfaceBilinear);
     for (const Eye& eye : {Eye{}, Eye{0.1, 0.9, 3, -40}})
@@ -173,7 +173,7 @@ TEST_F(RayCastVkTest, EqualsTheCpuOnTheTown) {
 }
 
 TEST_F(RayCastVkTest, EqualsTheCpuWhereMipsMeet) {
-    const auto terrain = makeTerrain(false, 2900);
+    const auto terrain = makeDeviceTerrain(false, 2900);
     const auto technique = open();
     const Eye eye{0.2, 0.2, 1.1, -15};
     CutOptions options;
@@ -185,13 +185,13 @@ TEST_F(RayCastVkTest, EqualsTheCpuWhereMipsMeet) {
 }
 
 TEST_F(RayCastVkTest, EqualsTheCpuOnConstantCells) {
-    const auto terrain = makeTerrain(false);
+    const auto terrain = makeDeviceTerrain(false);
     const auto technique = open();
     expectCpuHits(*technique, *terrain, finestCut(*terrain, kSurfaceConstant), {});
 }
 
 TEST_F(RayCastVkTest, TilesStayAndOnlyNewOnesAreUploaded) {
-    const auto terrain = makeTerrain(false);
+    const auto terrain = makeDeviceTerrain(false);
     const auto technique = open();
     const FrameCut cut = finestCut(*terrain, kSurfaceBilinear);
     DeviceFigures first, second;
@@ -210,7 +210,7 @@ FrameCut halfCut(const ResidentTerrain& terrain, int first, int last) {
 }
 
 TEST_F(RayCastVkTest, TilesGiveWayWithinTheBudget) {
-    const auto terrain = makeTerrain(false, 12'000 / 4);
+    const auto terrain = makeDeviceTerrain(false, 12'000 / 4);
     ASSERT_GE(terrain->info().scheme.columns, 512 * 5);
     // Room for rays, staging and one chunk of 18 tiles; 24 are there.
     const auto technique = open({.which = "", .budgetBytes = uint64_t{96} << 20});
@@ -225,7 +225,7 @@ TEST_F(RayCastVkTest, TilesGiveWayWithinTheBudget) {
 }
 
 TEST_F(RayCastVkTest, TooManyTilesAreAnErrorWithARemedy) {
-    const auto terrain = makeTerrain(false, 2900);
+    const auto terrain = makeDeviceTerrain(false, 2900);
     const auto technique = open({.which = "", .budgetBytes = uint64_t{64} << 20});
     DeviceFigures figures;
     const auto prepared = technique->prepare(finestCut(*terrain, kSurfaceBilinear).cut(), figures);
@@ -238,13 +238,13 @@ TEST_F(RayCastVkTest, TooManyTilesAreAnErrorWithARemedy) {
 }
 
 TEST_F(RayCastVkTest, LittleMemoryMakesSmallerBatches) {
-    const auto terrain = makeTerrain(false, 700);
+    const auto terrain = makeDeviceTerrain(false, 700);
     const auto technique = open({.which = "", .budgetBytes = uint64_t{34} << 20});
     expectCpuHits(*technique, *terrain, finestCut(*terrain, kSurfaceBilinear), {});
 }
 
 TEST_F(RayCastVkTest, ALostDeviceIsAnError) {
-    const auto terrain = makeTerrain(false, 700);
+    const auto terrain = makeDeviceTerrain(false, 700);
     const FrameCut cut = finestCut(*terrain, kSurfaceBilinear);
     const RayFrame rays(cameraOf(*terrain, {}), terrain->info().worldFromLattice, 1.0, kBend);
     for (const int submits : {0, 1}) {
