@@ -34,8 +34,15 @@ struct RenderStats {
     std::vector<uint64_t> tilesPerMip;  ///< drawn tiles
     bool onDemand = false;              ///< not all tiles are resident; else the next are 0
     uint64_t tilesWanted = 0, tilesLoaded = 0, tilesEvicted = 0;
-    uint64_t tilesAbsent = 0;  ///< wanted, but on their way or unreadable
-    uint64_t tilesLate = 0;    ///< drawn in place of finer ones that were not there
+    uint64_t tilesAbsent = 0;        ///< wanted, but on their way or unreadable
+    uint64_t tilesLate = 0;          ///< drawn in place of finer ones that were not there
+    uint64_t missingTilePixels = 0;  ///< hits that miss the tolerance for want of a finer tile
+    double tileLatencyMs = 0, tileLatencyP99Ms = 0;  ///< request to resident, since the opening
+    bool photoInBlocks = false;                      ///< of a store; else the next are 0
+    uint64_t photoBlocksWanted = 0, photoBlocksLoaded = 0, photoBlocksEvicted = 0;
+    uint64_t photoBlocksAbsent = 0;   ///< wanted, but on their way or unreadable
+    uint64_t photoMissingPixels = 0;  ///< hits that show a coarser block for want of a finer one
+    uint64_t bytesRead = 0;           ///< of a store's files: tiles and blocks
 };
 
 /// One JSON object with snake_case keys (device, technique, primary_ms, ...).

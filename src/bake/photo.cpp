@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <mutex>
 
-#include "bake/photo_mips.h"
 #include "bake/workshop.h"
 #include "base/workers.h"
 #include "store/photo_reader.h"
 #include "store/vrt.h"
+#include "tile/photo_mips.h"
 
 namespace terray {
 namespace {
@@ -191,8 +191,8 @@ private:
                         worker.coarse.data() + (y % 2 * (kBlockPosts / 2) * width +
                                                 int64_t{x - 2 * shard.x0} * (kBlockPosts / 2)) *
                                                    4;
-                    halvePhotoBlock(worker.fine.data(), finer.widthOf(x), finer.heightOf(y), to,
-                                    width * 4);
+                    halvePhoto(worker.fine.data(), finer.widthOf(x), finer.heightOf(y),
+                               kBlockPosts * 4, to, width * 4);
                 }
             }
             return finish(shard, grid, worker.coarse.data(), width * 4);

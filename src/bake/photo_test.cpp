@@ -5,10 +5,10 @@
 #include <cmath>
 #include <fstream>
 
-#include "bake/photo_mips.h"
 #include "bake/test_folder.h"
 #include "store/photo_reader.h"
 #include "store/verify.h"
+#include "tile/photo_mips.h"
 
 namespace terray {
 namespace {
@@ -119,7 +119,7 @@ TEST(PhotoBake, LosslessMipsAreTheSourceAndItsMeans) {
                 std::copy_n(fine.data() + ((y + row) * finer.columns + x) * 4, width * 4,
                             block.data() + row * kBlockPosts * 4);
             }
-            halvePhotoBlock(block.data(), width, height, expected, 4);
+            halvePhoto(block.data(), width, height, kBlockPosts * 4, expected, 4);
             ASSERT_TRUE(std::equal(expected, expected + 4, coarse.data() + 4 * k))
                 << "mip " << mip << " pixel " << k;
         }
@@ -132,7 +132,7 @@ TEST(PhotoBake, MeansAreOfLightAndOfWhatIsCovered) {
     const uint8_t row[] = {0, 0, 0, 255, 255, 255, 255, 255, 9, 90, 200, 255};
     std::copy_n(row, 12, block.data());
     uint8_t out[8];
-    halvePhotoBlock(block.data(), 3, 2, out, 8);
+    halvePhoto(block.data(), 3, 2, kBlockPosts * 4, out, 8);
     EXPECT_EQ(out[0], 188);  // half the light of white; the row below is not covered
     EXPECT_EQ(out[3], 128);
     EXPECT_EQ(out[4], 9);

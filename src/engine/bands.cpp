@@ -50,7 +50,7 @@ public:
           onDevice_(frame.onDevice),
           ahead_(frame.cut.cut(), frame.rays, offsetsOf(frame, demand)) {}
 
-    /// Error: the device's.
+    /// Error: the device's, or a photo that cannot be read.
     Result<void> render(Band& band, Progress& progress) {
         const int tilesX = (frame_.camera().width + kTileWidth - 1) / kTileWidth;
         const int tilesY = (band.rows + kTileHeight - 1) / kTileHeight;
@@ -63,10 +63,12 @@ public:
             TERRAY_TRY(castAhead(part));
             tbb::parallel_for(size_t{0}, part.size(), [&](size_t k) {
                 if (isInterrupted()) return;
-                renderTile(part[k], band);
+                renderTile(part[k], workers_.local(), band);
                 progress.advance();
             });
         }
+        if (isInterrupted()) return makeError(ErrorCode::Interrupted, "interrupted");
+        if (frame_.photo && demand_.picture()) TERRAY_TRY(finishPhoto(band));
         if (frame_.annotations && demand_.display)
             frame_.annotations->drawOn(band.firstRow, band.rows, band.display);
         return {};
@@ -74,8 +76,15 @@ public:
 
     BandFigures figures() const {
         BandFigures sum = ofDevice_;
+        for (const Worker& w : again_) {
+            sum.displayMs += w.figures.displayMs + w.figures.shade.displayMs;
+            sum.shade.shadowMs += w.figures.shade.shadowMs;
+            sum.traceMs += w.figures.traceMs;
+            sum.shadeMs += w.figures.shadeMs;
+        }
         for (const Worker& w : workers_) {
             sum.trace.add(w.figures.trace);
+            sum.lateHits += w.figures.lateHits;
             sum.shade.shadowRays += w.figures.shade.shadowRays;
             sum.shade.shadowMs += w.figures.shade.shadowMs;
             sum.displayMs += w.figures.displayMs + w.figures.shade.displayMs;
@@ -121,16 +130,30 @@ private:
         return tile;
     }
 
-    void renderTile(const ImageTile& tile, Band& band) {
-        Worker& worker = workers_.local();
-        bool haveCentres = false;
-        if (demand_.picture()) {
-            haveCentres = frame_.options.samples == 1;
-            if (haveCentres && !demand_.linear)
-                castAndShow(tile, worker, band);
-            else
-                castAndShade(tile, worker, band);
-        }
+    /// Image tiles that lacked blocks of a photo are made once more; their rays count once.
+    Result<void> finishPhoto(Band& band) {
+        return frame_.photo->finishBand([&](std::span<const ImageTile> tiles) {
+            tbb::parallel_for(size_t{0}, tiles.size(), [&](size_t k) {
+                if (!isInterrupted()) drawTile(tiles[k], again_.local(), band);
+            });
+        });
+    }
+
+    /// True if the worker's hits are those through the pixels' centres.
+    bool drawTile(const ImageTile& tile, Worker& worker, Band& band) const {
+        PhotoUse& photo = worker.figures.shade.photo;
+        if (frame_.photo) frame_.shader->prepareUse(photo);
+        const bool haveCentres = frame_.options.samples == 1;
+        if (haveCentres && !demand_.linear)
+            castAndShow(tile, worker, band);
+        else
+            castAndShade(tile, worker, band);
+        if (frame_.photo) frame_.photo->note(tile, photo);
+        return haveCentres;
+    }
+
+    void renderTile(const ImageTile& tile, Worker& worker, Band& band) const {
+        const bool haveCentres = demand_.picture() && drawTile(tile, worker, band);
         if (demand_.aovs.empty()) return;
         if (!haveCentres) cast(tile, kCentre, worker);
         fillAovs(tile, worker, band);
@@ -145,6 +168,10 @@ private:
                                    worker.figures.trace);
         worker.hits = worker.own;
         worker.figures.traceMs += watch.elapsedMs();
+        if (!frame_.cut.mayBeLate()) return;
+        worker.figures.lateHits += static_cast<uint64_t>(
+            std::count_if(worker.hits.begin(), worker.hits.end(),
+                          [&](const Hit& hit) { return isHit(hit) && frame_.cut.isLate(hit); }));
     }
 
     /// Calls shade(part, its hits, its first pixel) for a few rows at a time: what shading keeps of
@@ -222,6 +249,7 @@ private:
     TilesAhead ahead_;
     BandFigures ofDevice_;
     tbb::enumerable_thread_specific<Worker> workers_;
+    tbb::enumerable_thread_specific<Worker> again_;  ///< of tiles that are made once more
 };
 
 size_t bytesPerPixel(const BandDemand& demand) {
@@ -268,10 +296,9 @@ Result<BandFigures> renderBands(const Frame& frame, const BandDemand& demand,
         band.firstRow = row;
         band.rows = std::min(step, height - row);
         resizeBand(band, width, demand);
-        const auto rendered = renderer.render(band, progress);
+        const Result<void> rendered = renderer.render(band, progress);
         writing.wait();
         if (!rendered) return rendered.error();
-        if (isInterrupted()) return makeError(ErrorCode::Interrupted, "interrupted");
         if (!written) return written.error();
         writing.run([&band, &written, &sink] { written = sink(band); });
     }

@@ -37,7 +37,18 @@ Json rowOf(const FrameFigures& f) {
         row["tiles_evicted"] = f.render.tilesEvicted;
         row["tiles_absent"] = f.render.tilesAbsent;
         row["tiles_late"] = f.render.tilesLate;
+        row["missing_tile_pixels"] = f.render.missingTilePixels;
+        row["tile_latency_ms"] = f.render.tileLatencyMs;
+        row["tile_latency_p99_ms"] = f.render.tileLatencyP99Ms;
     }
+    if (f.render.photoInBlocks) {
+        row["photo_blocks_wanted"] = f.render.photoBlocksWanted;
+        row["photo_blocks_loaded"] = f.render.photoBlocksLoaded;
+        row["photo_blocks_evicted"] = f.render.photoBlocksEvicted;
+        row["photo_blocks_absent"] = f.render.photoBlocksAbsent;
+        row["photo_missing_pixels"] = f.render.photoMissingPixels;
+    }
+    if (f.render.onDemand || f.render.photoInBlocks) row["bytes_read"] = f.render.bytesRead;
     return row;
 }
 

@@ -103,18 +103,31 @@ Result<void> addDevice(const Terrain::State& state, Frame& frame) {
     return {};
 }
 
+/// Seconds from now on that tiles and blocks are fetched for.
+constexpr double kLookAhead = 0.75;
+
+/// Where the camera will be, if the next picture does not wait.
+std::optional<Camera> cameraSoon(const Terrain::State& state, const Camera& camera,
+                                 const RenderOptions& options) {
+    if (options.waitForTiles) return std::nullopt;
+    state.motion.see(camera, std::chrono::steady_clock::now());
+    return state.motion.after(kLookAhead);
+}
+
 Result<void> addShading(const Terrain::State& state, const Sun& sun, Frame& frame) {
     ShadeSettings settings;
     settings.options = frame.options;
     settings.sun = sun;
     settings.crsWkt = state.resident->info().crsWkt;
-    settings.shading = frame.options.shading.value_or(state.photo ? Shading::Photo : Shading::Ramp);
+    const DrapedPhoto photo = state.drapedPhoto();
+    settings.shading = frame.options.shading.value_or(photo ? Shading::Photo : Shading::Ramp);
     settings.sunSweeps = state.sunSweeps;
-    const Photo* photo = state.photo ? &*state.photo : nullptr;
     auto shader = Shader::make(*state.resident, frame.cut.cut(), frame.rays, photo, settings,
                                &state.shadeCache);
     if (!shader) return shader.error();
     frame.shader = std::move(*shader);
+    if (settings.shading == Shading::Photo && photo.inBlocks != nullptr)
+        frame.photo = std::make_unique<FramePhoto>(state, frame.options);
     const AnnotationContext context{frame.shader.get(), &frame.cut.cut()};
     auto annotations = Annotations::make(frame.options, settings.shading, state.resident->info(),
                                          frame.rays, context);
@@ -172,7 +185,8 @@ Result<std::unique_ptr<Frame>> makeFrame(const Terrain::State& state, const View
     frame->options = options;
     frame->options.shadows = options.shadows && !sun->belowHorizon;
     CutOptions cut = cutOptions(options, bend, *sun);
-    auto tiles = bringTiles(*state.resident, camera, options, cut);
+    const std::optional<Camera> soon = cameraSoon(state, camera, options);
+    auto tiles = bringTiles(*state.resident, camera, soon, options, cut);
     if (!tiles) return tiles.error();
     frame->tiles = *tiles;
     frame->tolerancePx = cut.tolerancePx;
@@ -182,6 +196,7 @@ Result<std::unique_ptr<Frame>> makeFrame(const Terrain::State& state, const View
     frame->technique = std::move(*technique);
     TERRAY_TRY(addDevice(state, *frame));
     TERRAY_TRY(addShading(state, *sun, *frame));
+    if (frame->photo) frame->photo->scout(*frame->shader, frame->rays, soon);
     frame->setupMs = watch.elapsedMs();
     return frame;
 }

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "engine/device_cast.h"
+#include "engine/frame_photo.h"
 #include "engine/places.h"
 #include "engine/terrain_state.h"
 #include "image/writer.h"
@@ -32,6 +33,7 @@ struct Frame {
     std::string device = "cpu";           ///< in words
     DeviceFigures deviceFigures;          ///< of bringing tiles
     std::unique_ptr<Shader> shader;
+    std::unique_ptr<FramePhoto> photo;         ///< null if it shows none that comes in blocks
     std::unique_ptr<Annotations> annotations;  ///< null if there are none
     RenderOptions options;
     double tolerancePx = 0;  ///< of the cut

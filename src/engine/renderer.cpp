@@ -21,6 +21,16 @@
 namespace terray {
 namespace {
 
+void addPhotoFigures(const PhotoFigures& photo, RenderStats& s) {
+    s.photoInBlocks = true;
+    s.photoBlocksWanted = photo.wanted;
+    s.photoBlocksLoaded = photo.loaded;
+    s.photoBlocksEvicted = photo.evicted;
+    s.photoBlocksAbsent = photo.absent;
+    s.photoMissingPixels = photo.lateSamples;
+    s.bytesRead += photo.bytesRead;
+}
+
 RenderStats collectStats(const Terrain::State& state, const Frame& frame,
                          const BandFigures& figures) {
     RenderStats s;
@@ -62,6 +72,11 @@ RenderStats collectStats(const Terrain::State& state, const Frame& frame,
     s.tilesEvicted = frame.tiles.evicted;
     s.tilesAbsent = frame.tiles.absent;
     s.tilesLate = frame.cut.standIns();
+    s.missingTilePixels = figures.lateHits;
+    s.tileLatencyMs = frame.tiles.latencyMs;
+    s.tileLatencyP99Ms = frame.tiles.latencyP99Ms;
+    s.bytesRead = frame.tiles.bytesRead;
+    if (frame.photo) addPhotoFigures(frame.photo->figures(), s);
     s.maxErrorMetres = static_cast<double>(frame.cut.cut().maxError);
     s.tilesPerMip = frame.cut.tilesPerMip();
     return s;

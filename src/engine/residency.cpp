@@ -68,7 +68,8 @@ Result<std::vector<TileId>> tilesThatFit(const ResidentTerrain& terrain, const C
 }  // namespace
 
 Result<TileFigures> bringTiles(const ResidentTerrain& terrain, const Camera& camera,
-                               const RenderOptions& options, CutOptions& cut) {
+                               const std::optional<Camera>& soon, const RenderOptions& options,
+                               CutOptions& cut) {
     Streamer* streamer = terrain.streamer();
     if (streamer == nullptr) return TileFigures{};
     auto wanted = tilesThatFit(terrain, camera, cut);
@@ -82,10 +83,17 @@ Result<TileFigures> bringTiles(const ResidentTerrain& terrain, const Camera& cam
                              brought.error().message);
         if (!brought && !isBroken) return brought.error();
     }
-    const uint64_t absent = streamer->update(*wanted);
+    std::vector<TileId> next;
+    if (soon) next = wantedTiles(terrain, *soon, cut);
+    const uint64_t absent = streamer->update(*wanted, next);
     const StreamFigures& after = streamer->figures();
-    return TileFigures{wanted->size(), after.loaded - before.loaded, after.evicted - before.evicted,
-                       absent};
+    return TileFigures{wanted->size(),
+                       after.loaded - before.loaded,
+                       after.evicted - before.evicted,
+                       absent,
+                       after.bytesRead - before.bytesRead,
+                       after.latency.quantile(0.5),
+                       after.latency.quantile(0.99)};
 }
 
 FinestGround::FinestGround(const ResidentTerrain& terrain) : terrain_(terrain) {

@@ -16,14 +16,18 @@ namespace terray {
 struct TileFigures {
     uint64_t wanted = 0, loaded = 0, evicted = 0;
     uint64_t absent = 0;  ///< wanted, but on their way or unreadable
+    uint64_t bytesRead = 0;
+    double latencyMs = 0, latencyP99Ms = 0;  ///< of all tiles since the start
 };
 
-/// Brings all tiles that a picture wants, or, without waitForTiles, those that have arrived. Where
+/// Brings all tiles that a picture wants, or, without waitForTiles, those that have arrived, and
+/// asks for those that the picture of `soon` will want, as far as there is room. Where
 /// they do not fit, asks for less in `cut`: first of the relief that shading shows, then of the
 /// tolerance, and says so. Error: Input when even that does not fit; Failed when a tile cannot be
 /// read and none may be missing; Interrupted.
 Result<TileFigures> bringTiles(const ResidentTerrain& terrain, const Camera& camera,
-                               const RenderOptions& options, CutOptions& cut);
+                               const std::optional<Camera>& soon, const RenderOptions& options,
+                               CutOptions& cut);
 
 /// The finest surface at single places. confined; while it is used nobody else may bring tiles, or
 /// it brings its own again.

@@ -50,7 +50,18 @@ std::string toJson(const RenderStats& s) {
         json["tiles_evicted"] = s.tilesEvicted;
         json["tiles_absent"] = s.tilesAbsent;
         json["tiles_late"] = s.tilesLate;
+        json["missing_tile_pixels"] = s.missingTilePixels;
+        json["tile_latency_ms"] = s.tileLatencyMs;
+        json["tile_latency_p99_ms"] = s.tileLatencyP99Ms;
     }
+    if (s.photoInBlocks) {
+        json["photo_blocks_wanted"] = s.photoBlocksWanted;
+        json["photo_blocks_loaded"] = s.photoBlocksLoaded;
+        json["photo_blocks_evicted"] = s.photoBlocksEvicted;
+        json["photo_blocks_absent"] = s.photoBlocksAbsent;
+        json["photo_missing_pixels"] = s.photoMissingPixels;
+    }
+    if (s.onDemand || s.photoInBlocks) json["bytes_read"] = s.bytesRead;
     return json.dump(2);
 }
 

@@ -13,13 +13,15 @@
 #include "engine/describe.h"
 #include "engine/memory_rule.h"
 #include "engine/open_store.h"
-#include "engine/stored_photo.h"
 #include "engine/terrain_state.h"
 #include "raster/dem.h"
 #include "shade/shade.h"
+#include "store/photo_reader.h"
 
 namespace terray {
 namespace {
+
+constexpr int kPhotoThreads = 2;  ///< that read blocks of a store's photo
 
 Result<void> loadPhotoOf(Terrain::State& state, const OpenOptions& options, uint64_t maxBytes) {
     if (options.photo.empty()) return {};
@@ -85,10 +87,11 @@ Result<void> openStoreInto(Terrain::State& state, const std::string& source,
     const Stopwatch photoWatch;
     TERRAY_TRY(finish(state, source, options, *photoBytes));
     if (showsOwnPhoto) {
-        auto photo = loadStoredPhoto(source, *manifest.photo, *photoBytes / 4 * 3);
+        auto photo = ResidentPhoto::open(std::make_unique<StorePhoto>(source, *manifest.photo),
+                                         *photoBytes, kPhotoThreads);
         if (!photo) return photo.error();
-        state.photo = std::move(*photo);
-        state.facts.photo = state.photo->description;
+        state.storedPhoto = std::move(*photo);
+        state.facts.photo = state.storedPhoto->description();
     }
     state.build.loadMs += headerMs + photoWatch.elapsedMs();
     return {};

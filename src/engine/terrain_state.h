@@ -8,22 +8,26 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "engine/device_cast.h"
+#include "engine/motion.h"
 #include "engine/residency.h"
 #include "geo/frame.h"
 #include "kernel/sweep/sun_cache.h"
 #include "raster/photo.h"
+#include "shade/shade.h"
 #include "shade/shade_cache.h"
 #include "stream/cut.h"
+#include "stream/photo_pages.h"
 #include "stream/resident.h"
 #include "terray/terrain.h"
 
 namespace terray {
 
-/// const-shared, but for arena and cache, which are synchronised by themselves, and for resident
-/// and ground where tiles come and go, which `tiles` guards, and for the caster, which has to be
-/// held.
+/// const-shared, but for arena and cache, which are synchronised by themselves, and for resident,
+/// ground and storedPhoto where tiles and blocks come and go, which `tiles` guards, and for the
+/// caster, which has to be held.
 struct Terrain::State {
     SourceInfo facts;
     std::string dataCrsWkt;
@@ -34,6 +38,10 @@ struct Terrain::State {
     mutable std::mutex tiles;
     mutable DeviceCaster caster;
     std::optional<Photo> photo;
+    std::unique_ptr<ResidentPhoto> storedPhoto;  ///< instead: of a store, in blocks
+    /// What a picture leaves for the next one; `tiles` guards both.
+    mutable std::vector<uint32_t> lastPhotoBlocks;
+    mutable Motion motion;
     BuildStats build;               ///< loadMs: with header and photo
     int threads = 0;                ///< cores that work uses
     mutable ShadeCache shadeCache;  ///< what pictures share
@@ -43,10 +51,14 @@ struct Terrain::State {
 
     /// Maps between the data's CRS, degrees and world; one for each caller (confined).
     Result<GeoFrame> makeGeoFrame() const;
-    /// Locks `tiles` where they come and go.
+    /// Locks `tiles` where they, or blocks of a photo, come and go.
     std::unique_lock<std::mutex> holdTiles() const {
-        return resident->streamer() != nullptr ? std::unique_lock(tiles)
-                                               : std::unique_lock<std::mutex>();
+        return resident->streamer() != nullptr || storedPhoto ? std::unique_lock(tiles)
+                                                              : std::unique_lock<std::mutex>();
+    }
+    DrapedPhoto drapedPhoto() const {
+        return storedPhoto ? DrapedPhoto(storedPhoto.get())
+                           : DrapedPhoto(photo ? &*photo : nullptr);
     }
     /// No sample has a height.
     bool isEmpty() const;

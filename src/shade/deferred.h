@@ -28,9 +28,12 @@ namespace terray {
 class DeferredShader final : public Shader {
 public:
     DeferredShader(const ResidentTerrain& terrain, const TerrainCut& cut, const RayFrame& rays,
-                   const Photo* photo, const ShadeSettings& settings, const Background& background);
+                   DrapedPhoto photo, const ShadeSettings& settings, const Background& background);
     /// Survey, ramp and sky light: what can fail or takes time.
     Result<void> prepare(ShadeCache& cache);
+
+    void prepareUse(PhotoUse& use) const override;
+    void scoutPhoto(const RayFrame& rays, int pixels, PhotoUse& use) const override;
 
     void shadeTile(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits, float weight,
                    std::span<Colour> sum, ShadeCounters& counters) const override;
@@ -59,11 +62,11 @@ private:
     const Scratch& shadeLit(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
                             ShadeCounters& counters) const;
     void shadeBatch(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits, size_t first,
-                    Scratch& scratch) const;
-    void lightAndAsk(const HitBatch& hits, const GroundBatch& ground, LitBatch& lit,
-                     SunAsks& asks) const;
+                    Scratch& scratch, PhotoUse& photo) const;
+    void lightAndAsk(const HitBatch& hits, const GroundBatch& ground, LitBatch& lit, SunAsks& asks,
+                     PhotoUse& photo) const;
     void colourBatch(const HitBatch& hits, const GroundBatch& ground, const LightBatch& light,
-                     LitBatch& lit) const;
+                     LitBatch& lit, PhotoUse& photo) const;
     void storeMisses(const HitBatch& hits, size_t count, const ViewBatch& view,
                      LitBatch& lit) const;
     static void setPixel(LitBatch& lit, size_t k, const Colour& colour);
@@ -72,7 +75,8 @@ private:
     void addVoids(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
                   Scratch& scratch) const;
     void rampBatch(const GroundBatch& ground, FloatsRgb& albedo) const;
-    void photoBatch(const GroundBatch& ground, FloatsRgb& own, FloatsRgb& albedo) const;
+    void photoBatch(const HitBatch& hits, const GroundBatch& ground, FloatsRgb& own,
+                    FloatsRgb& albedo, PhotoUse& photo) const;
     void contourBatch(const GroundBatch& ground, Floats& cover) const;
     float gridCover(const HitBatch& hits, const GroundBatch& ground, int k) const;
     /// Fills scratch.dark: by a sun sweep where that pays, else ray by ray.
@@ -125,7 +129,7 @@ private:
     std::shared_ptr<const SkyLight> sky_;
     std::optional<Plinth> plinth_;
     std::optional<Plinth> voids_;  ///< not seen itself: tells rays that came through holes
-    const Photo* photo_ = nullptr;
+    DrapedPhoto photo_;
     std::shared_ptr<const PhotoFilter> photoFilter_;
     std::optional<PhotoMap> photoMap_;
     float sampleShare_ = 1;  ///< width of a sample, in pixels

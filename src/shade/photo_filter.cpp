@@ -8,8 +8,11 @@
 #include <array>
 #include <cmath>
 
+#include "base/assert.h"
 #include "base/simd_clones.h"
+#include "kernel/layout/layout.h"
 #include "shade/rules/filter.h"
+#include "tile/photo_mips.h"
 
 namespace terray {
 namespace {
@@ -18,20 +21,11 @@ constexpr int kMostTaps = 8;
 
 struct CodeTables {
     std::array<float, 256> linear{}, share{};
-    std::array<uint8_t, 8192> code{};
     CodeTables() {
         for (size_t k = 0; k < 256; ++k) {
             linear[k] = rules::linearFromSrgb(static_cast<float>(k) / 255.0f);
             share[k] = static_cast<float>(k) / 255.0f;
         }
-        for (size_t k = 0; k < code.size(); ++k) {
-            const float v = static_cast<float>(k) / static_cast<float>(code.size() - 1);
-            code[k] = static_cast<uint8_t>(std::lround(255.0f * rules::srgbFromLinear(v)));
-        }
-    }
-    uint8_t codeOf(float v) const {
-        const float x = std::clamp(v, 0.0f, 1.0f) * static_cast<float>(code.size() - 1);
-        return code[static_cast<size_t>(x + 0.5f)];
     }
 };
 const CodeTables kTables;
@@ -41,23 +35,6 @@ const uint8_t* pixelAt(const uint8_t* rgba, int width, int x, int y) {
            (static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)) * 4;
 }
 
-/// Mean of the fine pixels under one coarse pixel, as far as they exist.
-void averagePixels(const uint8_t* fine, int width, int height, int x, int y, uint8_t* out) {
-    float sum[4] = {0, 0, 0, 0}, count = 0;
-    for (int dy = 0; dy < 2 && 2 * y + dy < height; ++dy) {
-        for (int dx = 0; dx < 2 && 2 * x + dx < width; ++dx) {
-            const uint8_t* p = pixelAt(fine, width, 2 * x + dx, 2 * y + dy);
-            const float share = kTables.share[p[3]];
-            for (int c = 0; c < 3; ++c) sum[c] += share * kTables.linear[p[c]];
-            sum[3] += share;
-            count += 1;
-        }
-    }
-    const float toStraight = sum[3] > 0 ? 1.0f / sum[3] : 0.0f;
-    for (int c = 0; c < 3; ++c) out[c] = kTables.codeOf(sum[c] * toStraight);
-    out[3] = static_cast<uint8_t>(std::lround(255.0f * sum[3] / count));
-}
-
 }  // namespace
 
 PhotoFilter::Mip PhotoFilter::halve(const Mip& fine) {
@@ -65,16 +42,18 @@ PhotoFilter::Mip PhotoFilter::halve(const Mip& fine) {
     coarse.width = (fine.width + 1) / 2;
     coarse.height = (fine.height + 1) / 2;
     coarse.scale = fine.scale * 0.5f;
-    coarse.own.resize(static_cast<size_t>(coarse.width) * static_cast<size_t>(coarse.height) * 4);
+    const ptrdiff_t fineStride = ptrdiff_t{fine.width} * 4, stride = ptrdiff_t{coarse.width} * 4;
+    coarse.own.resize(static_cast<size_t>(coarse.height) * static_cast<size_t>(stride));
     oneapi::tbb::parallel_for(0, coarse.height, [&](int y) {
-        for (int x = 0; x < coarse.width; ++x) {
-            const size_t at =
-                static_cast<size_t>(y) * static_cast<size_t>(coarse.width) + static_cast<size_t>(x);
-            averagePixels(fine.rgba, fine.width, fine.height, x, y, &coarse.own[4 * at]);
-        }
+        halvePhoto(fine.rgba + 2 * y * fineStride, fine.width, std::min(2, fine.height - 2 * y),
+                   fineStride, coarse.own.data() + y * stride, stride);
     });
     coarse.rgba = coarse.own.data();
     return coarse;
+}
+
+void PhotoFilter::addCoarser() {
+    while (mips_.back().width > 1 || mips_.back().height > 1) mips_.push_back(halve(mips_.back()));
 }
 
 PhotoFilter::PhotoFilter(const Photo& photo) : width_(photo.width), height_(photo.height) {
@@ -83,24 +62,97 @@ PhotoFilter::PhotoFilter(const Photo& photo) : width_(photo.width), height_(phot
     finest.height = photo.height;
     finest.rgba = photo.rgba.data();
     mips_.push_back(std::move(finest));
-    while (mips_.back().width > 1 || mips_.back().height > 1) mips_.push_back(halve(mips_.back()));
+    addCoarser();
 }
 
-/// Adds the four pixels around a place.
-inline void PhotoFilter::addTap(const Mip& mip, double placeX, double placeY, float weight,
-                                PhotoSample& sum) {
+PhotoFilter::PhotoFilter(const ResidentPhoto& photo)
+    : pages_(&photo.pages()),
+      width_(static_cast<int>(photo.grid().columns)),
+      height_(static_cast<int>(photo.grid().rows)) {
+    float scale = 1;
+    for (const PhotoPages::Mip& mip : pages_->mips) {
+        Mip& added = mips_.emplace_back();
+        added.width = mip.width;
+        added.height = mip.height;
+        added.scale = scale;
+        added.inPages = &mip;
+        scale *= 0.5f;
+    }
+    const int last = photo.grid().mipCount() - 1;
+    Mip& coarsest = mips_.emplace_back();
+    coarsest.width = static_cast<int>(photo.grid().columnsAt(last));
+    coarsest.height = static_cast<int>(photo.grid().rowsAt(last));
+    coarsest.scale = scale;
+    coarsest.rgba = photo.coarsest().data();
+    addCoarser();
+}
+
+/// The four pixels around a place: where they are, and their colours.
+struct PhotoFilter::Corners {
+    int x[2], y[2];
+    const uint8_t* pixels[4];  ///< row by row
+};
+
+/// False where a block is missing.
+inline bool PhotoFilter::findInPages(const PhotoPages::Mip& mip, Corners& corners,
+                                     PhotoUse& use) const {
+    constexpr int kInside = kPhotoBlockSide - 1;
+    const auto numberAt = [&](int x, int y) {
+        return mip.first + static_cast<uint32_t>((y >> kPhotoBlockLog2) * mip.blocksX +
+                                                 (x >> kPhotoBlockLog2));
+    };
+    const auto blockOf = [&](uint32_t number) -> const uint8_t* {
+        const uint32_t slot = pages_->slots[number];
+        if (slot == kNoSlot) {
+            use.miss(number);
+            return nullptr;
+        }
+        use.touched[slot] = 1;
+        return pages_->pixels + slot * kPhotoBlockBytes;
+    };
+    const uint32_t first = numberAt(corners.x[0], corners.y[0]);
+    const bool isOne = first == numberAt(corners.x[1], corners.y[1]);
+    const uint8_t* block = isOne ? blockOf(first) : nullptr;
+    if (isOne && block == nullptr) return false;
+    bool all = true;
+    for (int k = 0; k < 4; ++k) {
+        const int x = corners.x[k & 1], y = corners.y[k >> 1];
+        if (!isOne) block = blockOf(numberAt(x, y));
+        all = all && block != nullptr;
+        if (block != nullptr)
+            corners.pixels[k] = pixelAt(block, kPhotoBlockSide, x & kInside, y & kInside);
+    }
+    return all;
+}
+
+/// Adds the four pixels around a place; of a coarser mip where a block of this one is missing.
+inline void PhotoFilter::addTap(const Mip* mip, double placeX, double placeY, float weight,
+                                PhotoSample& sum, PhotoUse& use) const {
     constexpr int kBefore = 2;  // places begin at -1: whole parts by truncation, not by floor
-    const double x = (placeX + 0.5) * static_cast<double>(mip.scale) + (kBefore - 0.5);
-    const double y = (placeY + 0.5) * static_cast<double>(mip.scale) + (kBefore - 0.5);
-    const int wholeX = static_cast<int>(x), wholeY = static_cast<int>(y);
-    const float u = static_cast<float>(x - wholeX), v = static_cast<float>(y - wholeY);
-    const int x0 = std::clamp(wholeX - kBefore, 0, mip.width - 1);
-    const int y0 = std::clamp(wholeY - kBefore, 0, mip.height - 1);
-    const int x1 = std::clamp(wholeX + 1 - kBefore, 0, mip.width - 1);
-    const int y1 = std::clamp(wholeY + 1 - kBefore, 0, mip.height - 1);
-    const uint8_t* topLeft = pixelAt(mip.rgba, mip.width, x0, y0);
-    const ptrdiff_t right = 4 * static_cast<ptrdiff_t>(x1 - x0);
-    const ptrdiff_t down = 4 * static_cast<ptrdiff_t>(y1 - y0) * mip.width;
+    Corners corners;
+    float u = 0, v = 0;
+    for (;; ++mip) {
+        const double x = (placeX + 0.5) * static_cast<double>(mip->scale) + (kBefore - 0.5);
+        const double y = (placeY + 0.5) * static_cast<double>(mip->scale) + (kBefore - 0.5);
+        const int wholeX = static_cast<int>(x), wholeY = static_cast<int>(y);
+        u = static_cast<float>(x - wholeX), v = static_cast<float>(y - wholeY);
+        for (int k = 0; k < 2; ++k) {
+            corners.x[k] = std::clamp(wholeX + k - kBefore, 0, mip->width - 1);
+            corners.y[k] = std::clamp(wholeY + k - kBefore, 0, mip->height - 1);
+        }
+        if (mip->rgba != nullptr) {
+            const uint8_t* topLeft = pixelAt(mip->rgba, mip->width, corners.x[0], corners.y[0]);
+            const ptrdiff_t right = 4 * static_cast<ptrdiff_t>(corners.x[1] - corners.x[0]);
+            const ptrdiff_t down =
+                4 * static_cast<ptrdiff_t>(corners.y[1] - corners.y[0]) * mip->width;
+            corners.pixels[0] = topLeft;
+            corners.pixels[1] = topLeft + right;
+            corners.pixels[2] = topLeft + down;
+            corners.pixels[3] = topLeft + down + right;
+            break;
+        }
+        if (findInPages(*mip->inPages, corners, use)) break;
+    }
     const auto add = [&](const uint8_t* p, float pixelWeight) {
         const float share = pixelWeight * kTables.share[p[3]];
         sum.colour.r += share * kTables.linear[p[0]];
@@ -109,10 +161,10 @@ inline void PhotoFilter::addTap(const Mip& mip, double placeX, double placeY, fl
         sum.cover += share;
     };
     const float upper = weight * (1.0f - v), lower = weight * v;
-    add(topLeft, upper * (1.0f - u));
-    add(topLeft + right, upper * u);
-    add(topLeft + down, lower * (1.0f - u));
-    add(topLeft + down + right, lower * u);
+    add(corners.pixels[0], upper * (1.0f - u));
+    add(corners.pixels[1], upper * u);
+    add(corners.pixels[2], lower * (1.0f - u));
+    add(corners.pixels[3], lower * u);
 }
 
 /// How the taps of a batch lie: along an axis, in one mip or two.
@@ -153,7 +205,8 @@ void chooseTaps(const Floats2& a, const Floats2& b, int last, Floats2& axis, Flo
 
 }  // namespace
 
-void PhotoFilter::at(const PhotoFeet& feet, PhotoBatch& photo) const {
+void PhotoFilter::at(const PhotoFeet& feet, PhotoBatch& photo, PhotoUse& use) const {
+    TERRAY_ASSERT(pages_ == nullptr || use.touched.size() == pages_->slotCount);
     Shapes s;
     chooseTaps(feet.a, feet.b, static_cast<int>(mips_.size()) - 1, s.axis, s.perTap, s.coarser,
                s.taps, s.mip);
@@ -161,15 +214,17 @@ void PhotoFilter::at(const PhotoFeet& feet, PhotoBatch& photo) const {
         const Mip& fine = mips_[static_cast<size_t>(s.mip[k])];
         const float coarse = s.perTap[k] * s.coarser[k], own = s.perTap[k] - coarse;
         PhotoSample sum;
+        const uint64_t missesBefore = use.misses;
         for (int n = 0; n < s.taps[k]; ++n) {
             const float along = (static_cast<float>(n) + 0.5f) * s.perTap[k] - 0.5f;
             const double x = feet.x[k] + static_cast<double>(along * s.axis.x[k]);
             const double y = feet.y[k] + static_cast<double>(along * s.axis.y[k]);
             // Half a pixel of grace: a photo that ends with the posts' pixels covers the posts.
             if (x < -1 || y < -1 || x > width_ || y > height_) continue;
-            if (own > 0.0f) addTap(fine, x, y, own, sum);
-            if (coarse > 0.0f) addTap(*(&fine + 1), x, y, coarse, sum);
+            if (own > 0.0f) addTap(&fine, x, y, own, sum, use);
+            if (coarse > 0.0f) addTap(&fine + 1, x, y, coarse, sum, use);
         }
+        photo.late[k] = use.misses != missesBefore ? 1 : 0;
         photo.colour.r[k] = sum.colour.r;
         photo.colour.g[k] = sum.colour.g;
         photo.colour.b[k] = sum.colour.b;
@@ -188,7 +243,9 @@ PhotoSample PhotoFilter::at(Vec2 place, glm::vec2 a, glm::vec2 b) const {
         feet.b.x[k] = b.x;
         feet.b.y[k] = b.y;
     }
-    at(feet, photo);
+    PhotoUse unused;
+    prepare(unused);
+    at(feet, photo, unused);
     return {{photo.colour.r[0], photo.colour.g[0], photo.colour.b[0]}, photo.cover[0]};
 }
 

@@ -11,6 +11,7 @@
 #include "raster/photo.h"
 #include "shade/batch.h"
 #include "shade/rules/colour.h"
+#include "stream/photo_pages.h"
 
 namespace terray {
 
@@ -29,33 +30,44 @@ struct PhotoFeet {
 struct PhotoBatch {
     FloatsRgb colour;
     Floats cover;
+    Ints late;  ///< 1 where a block was missing
 };
 
-/// Borrows the photo's finest pixels. const-shared.
+/// Borrows the photo. const-shared.
 class PhotoFilter {
 public:
     explicit PhotoFilter(const Photo& photo);
+    explicit PhotoFilter(const ResidentPhoto& photo);
 
     /// Mean over the parallelogram of `a` and `b` (photo pixels per picture sample) around a place
     /// given in photo pixels, centres at whole numbers.
     PhotoSample at(Vec2 place, glm::vec2 a, glm::vec2 b) const;
-    void at(const PhotoFeet& feet, PhotoBatch& photo) const;
+    /// `use` (of the resident photo's slots) learns which blocks were read, or missing: then the
+    /// next coarser mip that is there stands in.
+    void at(const PhotoFeet& feet, PhotoBatch& photo, PhotoUse& use) const;
+    /// Makes `use` empty, and of the right size.
+    void prepare(PhotoUse& use) const { use.clear(pages_ != nullptr ? pages_->slotCount : 0); }
 
     int mipCount() const { return static_cast<int>(mips_.size()); }
 
 private:
     struct Mip {
         int width = 0, height = 0;
-        std::vector<uint8_t> own;  ///< straight-alpha sRGB like the photo's; empty for mip 0
-        const uint8_t* rgba = nullptr;
+        std::vector<uint8_t> own;       ///< straight-alpha sRGB like the photo's; may be empty
+        const uint8_t* rgba = nullptr;  ///< row by row; null if it lies in pages
+        const PhotoPages::Mip* inPages = nullptr;
         float scale = 1;  ///< pixels of this mip per photo pixel
     };
     struct Shapes;
-    static void addTap(const Mip& mip, double placeX, double placeY, float weight,
-                       PhotoSample& sum);
+    struct Corners;
+    void addTap(const Mip* mip, double placeX, double placeY, float weight, PhotoSample& sum,
+                PhotoUse& use) const;
+    bool findInPages(const PhotoPages::Mip& mip, Corners& corners, PhotoUse& use) const;
     static Mip halve(const Mip& fine);
+    void addCoarser();
 
     std::vector<Mip> mips_;
+    const PhotoPages* pages_ = nullptr;
     int width_ = 0, height_ = 0;
 };
 

@@ -8,6 +8,9 @@
 #include <functional>
 #include <random>
 
+#include "kernel/layout/layout.h"
+#include "stream/test_photo.h"
+
 namespace terray {
 namespace {
 
@@ -94,6 +97,93 @@ TEST(PhotoFilter, OddAndTinyPhotosHaveMipsDownToOnePixel) {
         const PhotoSample s = filter.at({w / 2.0 - 0.5, h / 2.0 - 0.5}, {0.1f, 0}, {0, 1.5f});
         EXPECT_NEAR(s.colour.r / s.cover, rules::linearFromSrgb(128 / 255.0f), 0.01f);
     }
+}
+
+struct BlocksAndWhole {
+    Photo whole;
+    std::unique_ptr<ResidentPhoto> blocks;
+    BlocksAndWhole(int width, int height, size_t slots) {
+        auto source = std::make_unique<test::ArrayPhoto>(width, height);
+        whole.width = width;
+        whole.height = height;
+        whole.rgba = source->pixels(0);
+        auto made = ResidentPhoto::open(std::move(source), slots * kPhotoBlockBytes, 1);
+        if (made) blocks = std::move(*made);
+    }
+};
+
+/// Footprints of all sizes and shapes, many of them at borders of blocks.
+PhotoFeet someFeet(std::mt19937& random, int width, int height) {
+    std::uniform_real_distribution<double> near(-3, 3), angle(0, 6.3), size(-2, 7);
+    std::uniform_real_distribution<double> x(-2, width + 1), y(-2, height + 1);
+    PhotoFeet feet;
+    for (int k = 0; k < kBatch; ++k) {
+        feet.x[k] = k % 3 == 0 ? 512 * (1 + k / 3 % 3) + near(random) : x(random);
+        feet.y[k] = k % 4 == 0 ? 512 * (1 + k / 4 % 2) + near(random) : y(random);
+        const double turn = angle(random), a = std::exp2(size(random)), b = std::exp2(size(random));
+        feet.a.x[k] = static_cast<float>(a * std::cos(turn));
+        feet.a.y[k] = static_cast<float>(a * std::sin(turn));
+        feet.b.x[k] = static_cast<float>(-b * std::sin(turn));
+        feet.b.y[k] = static_cast<float>(b * std::cos(turn + 0.3));
+    }
+    return feet;
+}
+
+TEST(PhotoFilter, BlocksOfAPhotoGiveWhatTheWholeGives) {
+    const BlocksAndWhole of(3300, 1300, 24);
+    ASSERT_NE(of.blocks, nullptr);
+    ASSERT_FALSE(of.blocks->pages().slots.empty());
+    const PhotoFilter whole(of.whole), inBlocks(*of.blocks);
+    EXPECT_EQ(whole.mipCount(), inBlocks.mipCount());
+    std::mt19937 random(6);
+    size_t missed = 0;
+    for (int round = 0; round < 60; ++round) {
+        const PhotoFeet feet = someFeet(random, 1700, 1300);
+        PhotoBatch expected, first, then;
+        PhotoUse none, use;
+        whole.prepare(none);
+        inBlocks.prepare(use);
+        whole.at(feet, expected, none);
+        inBlocks.at(feet, first, use);
+        const std::vector<uint32_t> blocks = of.blocks->blocksOf(use);
+        missed += use.missing.size();
+        for (int k = 0; k < kBatch; ++k)
+            EXPECT_TRUE(first.late[k] == 1 || first.colour.r[k] == expected.colour.r[k]);
+        ASSERT_LE(blocks.size(), of.blocks->room());
+        ASSERT_TRUE(of.blocks->bring(blocks).ok());
+        inBlocks.prepare(use);
+        inBlocks.at(feet, then, use);
+        EXPECT_EQ(use.misses, 0u);
+        for (int k = 0; k < kBatch; ++k) {
+            EXPECT_EQ(then.late[k], 0);
+            EXPECT_EQ(then.colour.r[k], expected.colour.r[k]);
+            EXPECT_EQ(then.colour.g[k], expected.colour.g[k]);
+            EXPECT_EQ(then.colour.b[k], expected.colour.b[k]);
+            EXPECT_EQ(then.cover[k], expected.cover[k]);
+        }
+    }
+    EXPECT_GT(missed, 5u);
+}
+
+TEST(PhotoFilter, ACoarserBlockStandsInForAMissingOne) {
+    const BlocksAndWhole of(3300, 2900, 24);
+    ASSERT_NE(of.blocks, nullptr);
+    const PhotoFilter filter(*of.blocks);
+    PhotoFeet feet{};
+    for (int k = 0; k < kBatch; ++k) {
+        feet.x[k] = 700.25;
+        feet.y[k] = 300.5;
+        feet.a.x[k] = feet.b.y[k] = 0.5f;
+    }
+    PhotoBatch photo;
+    PhotoUse use;
+    filter.prepare(use);
+    filter.at(feet, photo, use);
+    EXPECT_EQ(photo.late[0], 1);
+    ASSERT_FALSE(use.missing.empty());
+    EXPECT_EQ(use.missing[0], 1u);
+    EXPECT_GT(photo.cover[0], 0.5f);
+    EXPECT_EQ(use.misses, 2u * kBatch);  // mips 0 and 1: the one after that stays
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // Hits to colour, deferred: everything that a pixel shows is decided here, from hits alone.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <span>
@@ -10,6 +11,7 @@
 #include "kernel/sweep/sun_cache.h"
 #include "kernel/trace.h"
 #include "raster/photo.h"
+#include "stream/photo_pages.h"
 #include "stream/resident.h"
 #include "terray/options.h"
 #include "view/ray_frame.h"
@@ -45,6 +47,7 @@ struct ShadeSettings {
 };
 
 struct ShadeCounters {
+    PhotoUse photo;  ///< prepared by Shader::prepareUse
     uint64_t shadowRays = 0;
     double shadowMs = 0;   ///< casting them, in lit pictures
     double displayMs = 0;  ///< to 8 bits, where that is part of shading
@@ -53,19 +56,40 @@ struct ShadeCounters {
 class HeightRamp;
 class ShadeCache;
 
+/// What is draped over the terrain: one of the two, or nothing. Borrowed.
+struct DrapedPhoto {
+    DrapedPhoto() = default;
+    DrapedPhoto(std::nullptr_t) {}
+    DrapedPhoto(const Photo* photo) : whole(photo) {}
+    DrapedPhoto(const ResidentPhoto* photo) : inBlocks(photo) {}
+    explicit operator bool() const { return whole != nullptr || inBlocks != nullptr; }
+    const Affine2& worldFromPixel() const {
+        return whole != nullptr ? whole->worldFromPixel : inBlocks->worldFromPixel();
+    }
+    const Photo* whole = nullptr;
+    const ResidentPhoto* inBlocks = nullptr;
+};
+
 /// Of a pixel's width, what one of `samples` covers.
 float shadeSampleShare(int samples);
 
 /// All that is prepared once per frame: ramp, sky-light field, photo mips, haze. const-shared.
 class Shader {
 public:
-    /// `photo` may be null (required for Shading::Photo: Error Usage). Borrowed things outlive the
-    /// shader. `cache`: of this terrain and photo, for what need not be made again; null: none.
+    /// `photo` may be nothing (required for Shading::Photo: Error Usage). Borrowed things outlive
+    /// the shader. `cache`: of this terrain and photo, for what need not be made again; null: none.
     static Result<std::unique_ptr<Shader>> make(const ResidentTerrain& terrain,
                                                 const TerrainCut& cut, const RayFrame& rays,
-                                                const Photo* photo, const ShadeSettings& settings,
+                                                DrapedPhoto photo, const ShadeSettings& settings,
                                                 ShadeCache* cache = nullptr);
     virtual ~Shader() = default;
+
+    /// Empties what sampling notes of the photo; before its first tile.
+    virtual void prepareUse(PhotoUse& use) const = 0;
+
+    /// Notes which blocks of the photo a picture wants that is `rays` in small: each of its pixels
+    /// stands for `pixels` x `pixels` of the frame's.
+    virtual void scoutPhoto(const RayFrame& rays, int pixels, PhotoUse& use) const = 0;
 
     /// Adds weight * colour of every pixel of the tile to `sum` (row by row). `offset` is the
     /// sample's.

@@ -95,9 +95,13 @@ std::shared_ptr<const std::vector<RimLoop>> ShadeCache::rims(const TerrainCut& c
     return rims_;
 }
 
-std::shared_ptr<const PhotoFilter> ShadeCache::photoFilter(const Photo& photo) {
+std::shared_ptr<const PhotoFilter> ShadeCache::photoFilter(const DrapedPhoto& photo) {
     const std::lock_guard lock(mutex_);
-    if (!photo_) isolated([&] { photo_ = std::make_shared<PhotoFilter>(photo); });
+    if (!photo_)
+        isolated([&] {
+            photo_ = photo.whole != nullptr ? std::make_shared<PhotoFilter>(*photo.whole)
+                                            : std::make_shared<PhotoFilter>(*photo.inBlocks);
+        });
     return photo_;
 }
 

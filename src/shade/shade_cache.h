@@ -36,7 +36,7 @@ public:
     /// Outer rims of the ground.
     std::shared_ptr<const std::vector<RimLoop>> rims(const TerrainCut& cut, const TerrainInfo& info,
                                                      std::optional<Overview>& overview);
-    std::shared_ptr<const PhotoFilter> photoFilter(const Photo& photo);
+    std::shared_ptr<const PhotoFilter> photoFilter(const DrapedPhoto& photo);
     /// A ramp, and how it looks on plain ground.
     struct Ramp {
         HeightRamp heights;

@@ -77,7 +77,7 @@ const DeferredShader::Scratch& DeferredShader::shadeLit(const ImageTile& tile, V
     }
     scratch.resize(hits.size());
     for (size_t first = 0; first < hits.size(); first += kBatch)
-        shadeBatch(tile, offset, hits, first, scratch);
+        shadeBatch(tile, offset, hits, first, scratch, counters.photo);
     if (plinth_) addPlinth(tile, offset, hits, scratch);
     if (voids_) addVoids(tile, offset, hits, scratch);
     if (light_.sun.g > 0 && settings_.options.shadows) {
@@ -91,7 +91,7 @@ const DeferredShader::Scratch& DeferredShader::shadeLit(const ImageTile& tile, V
 }
 
 void DeferredShader::shadeBatch(const ImageTile& tile, Vec2 offset, std::span<const Hit> hits,
-                                size_t first, Scratch& scratch) const {
+                                size_t first, Scratch& scratch, PhotoUse& photo) const {
     const size_t count = std::min<size_t>(kBatch, hits.size() - first);
     ViewBatch view;
     view.setPixels(rays_.camera(), tile, offset, first);
@@ -103,14 +103,14 @@ void DeferredShader::shadeBatch(const ImageTile& tile, Vec2 offset, std::span<co
     if (batch.some) {
         GroundBatch ground;
         ground_.at(batch, view, ground);
-        lightAndAsk(batch, ground, lit, asks);
+        lightAndAsk(batch, ground, lit, asks, photo);
     }
     if (!batch.all) storeMisses(batch, count, view, lit);
 }
 
 /// Colours of a batch in light, and which of its hits have to ask whether the sun reaches them.
 void DeferredShader::lightAndAsk(const HitBatch& hits, const GroundBatch& ground, LitBatch& lit,
-                                 SunAsks& asks) const {
+                                 SunAsks& asks, PhotoUse& photo) const {
     Floats facing{}, openSky;
     const bool sun = light_.sun.g > 0;
     if (sun) sunRays_.facing(ground, modelling_, facing);
@@ -123,7 +123,7 @@ void DeferredShader::lightAndAsk(const HitBatch& hits, const GroundBatch& ground
     } else {
         LightBatch light;
         lightBatch(light_, facing, openSky, ground, light);
-        colourBatch(hits, ground, light, lit);
+        colourBatch(hits, ground, light, lit, photo);
         hazeBatch(air_, ground.distance, lit);
         std::fill_n(lit.alpha.at, kBatch, 1.0f);
     }
@@ -132,10 +132,10 @@ void DeferredShader::lightAndAsk(const HitBatch& hits, const GroundBatch& ground
 }
 
 void DeferredShader::colourBatch(const HitBatch& hits, const GroundBatch& ground,
-                                 const LightBatch& light, LitBatch& lit) const {
+                                 const LightBatch& light, LitBatch& lit, PhotoUse& photo) const {
     FloatsRgb own{}, albedo;
     switch (settings_.shading) {
-        case Shading::Photo: photoBatch(ground, own, albedo); break;
+        case Shading::Photo: photoBatch(hits, ground, own, albedo, photo); break;
         case Shading::Light:
             for (int k = 0; k < kBatch; ++k) {
                 albedo.r[k] = kClay.r;
@@ -268,12 +268,14 @@ void DeferredShader::rampBatch(const GroundBatch& ground, FloatsRgb& albedo) con
     steepenBatch(kRock, rock, ground, albedo);
 }
 
-void DeferredShader::photoBatch(const GroundBatch& ground, FloatsRgb& own,
-                                FloatsRgb& albedo) const {
+void DeferredShader::photoBatch(const HitBatch& hits, const GroundBatch& ground, FloatsRgb& own,
+                                FloatsRgb& albedo, PhotoUse& use) const {
     PhotoFeet feet;
     PhotoBatch photo;
     photoMap_->place(ground, feet);
-    photoFilter_->at(feet, photo);
+    photoFilter_->at(feet, photo, use);
+    for (int k = 0; k < kBatch; ++k)
+        use.lateSamples += static_cast<uint64_t>(photo.late[k] & hits.own[k]);
     rampBatch(ground, albedo);
     showPhoto(photo, static_cast<float>(settings_.options.reliefOnPhotoPercent / 100.0), own,
               albedo);

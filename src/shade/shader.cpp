@@ -56,7 +56,7 @@ uint64_t mostSunSweepBytes(const ResidentTerrain& terrain) {
 }
 
 Result<std::unique_ptr<Shader>> Shader::make(const ResidentTerrain& terrain, const TerrainCut& cut,
-                                             const RayFrame& rays, const Photo* photo,
+                                             const RayFrame& rays, DrapedPhoto photo,
                                              const ShadeSettings& settings, ShadeCache* cache) {
     if (settings.shading == Shading::Photo && !photo)
         return makeError(ErrorCode::Usage,
@@ -71,7 +71,7 @@ Result<std::unique_ptr<Shader>> Shader::make(const ResidentTerrain& terrain, con
 }
 
 DeferredShader::DeferredShader(const ResidentTerrain& terrain, const TerrainCut& cut,
-                               const RayFrame& rays, const Photo* photo,
+                               const RayFrame& rays, DrapedPhoto photo,
                                const ShadeSettings& settings, const Background& background)
     : terrain_(terrain),
       cut_(cut),
@@ -109,8 +109,8 @@ Result<void> DeferredShader::prepare(ShadeCache& cache) {
     modelling_ = modellingFor(survey->meanSlope, rays_.exaggeration(), settings_.options);
     sky_ = cache.skyLight(cut_, info, rays_.exaggeration(), overview, skyMs_);
     if (settings_.shading == Shading::Photo) {
-        photoFilter_ = cache.photoFilter(*photo_);
-        photoMap_.emplace(info.worldFromLattice, photo_->worldFromPixel,
+        photoFilter_ = cache.photoFilter(photo_);
+        photoMap_.emplace(info.worldFromLattice, photo_.worldFromPixel(),
                           static_cast<double>(sampleShare_));
     }
     return {};

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <atomic>
+#include <cstdlib>
 
 namespace terray {
 
@@ -16,6 +17,11 @@ GdalScope::GdalScope() {
 GdalScope::~GdalScope() {
     CPLSetThreadLocalConfigOption("GDAL_PAM_ENABLED", nullptr);
     CPLSetThreadLocalConfigOption("GDAL_DISABLE_READDIR_ON_OPEN", nullptr);
+}
+
+uint64_t storedBlockBytes(GDALRasterBand& band, int x, int y) {
+    const char* text = band.GetMetadataItem(fmt::format("BLOCK_SIZE_{}_{}", x, y).c_str(), "TIFF");
+    return text ? std::strtoull(text, nullptr, 10) : 0;
 }
 
 std::string memoryFileName() {

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <cpl_conv.h>
+#include <gdal_priv.h>
 
+#include <cstdint>
 #include <string>
 
 namespace terray {
@@ -19,5 +21,8 @@ public:
 
 /// A path below /vsimem/ that nobody else has.
 std::string memoryFileName();
+
+/// Bytes of a block of a GeoTIFF as they lie in the file; 0 if it has none.
+uint64_t storedBlockBytes(GDALRasterBand& band, int x, int y);
 
 }  // namespace terray

@@ -282,9 +282,13 @@ Result<void> PhotoShardFile::read(int x, uint8_t* rgba) {
     constexpr GSpacing kLine = GSpacing{kBlockPosts} * 4;
     std::fill_n(rgba, kPhotoBlockBytes, uint8_t{0});
     const int bands = isLossless_ ? 4 : 3;
+    bytesRead_ += storedBlockBytes(*dataset.GetRasterBand(1), x - shard_.x0, 0);
     bool done = dataset.RasterIO(GF_Read, left, 0, width, height_, rgba, width, height_, GDT_Byte,
                                  bands, nullptr, 4, kLine, 1, nullptr) == CE_None;
     if (!isLossless_ && done) {
+        if (dataset.GetRasterBand(1)->GetMaskFlags() == GMF_PER_DATASET)
+            bytesRead_ +=
+                storedBlockBytes(*dataset.GetRasterBand(1)->GetMaskBand(), x - shard_.x0, 0);
         done = dataset.GetRasterBand(1)->GetMaskBand()->RasterIO(GF_Read, left, 0, width, height_,
                                                                  rgba + 3, width, height_, GDT_Byte,
                                                                  4, kLine, nullptr) == CE_None;

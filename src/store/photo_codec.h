@@ -9,10 +9,11 @@
 #include "base/result.h"
 #include "store/photo_layer.h"
 #include "store/shard_codec.h"
+#include "tile/photo_blocks.h"
 
 namespace terray {
 
-constexpr size_t kPhotoBlockBytes = size_t{kBlockPosts} * kBlockPosts * 4;
+static_assert(kPhotoBlockSide == kBlockPosts);
 
 /// Straight-alpha pixels of a shard, rows `stride` bytes apart: PhotoLayer::grid says how many.
 /// JPEG (YCbCr) with a mask of one bit where something is not covered (alpha below 128); lossless:
@@ -33,6 +34,8 @@ public:
     /// Block x of the mip (not of the file): 512 x 512 pixels of straight-alpha RGBA; 0 where the
     /// photo does not cover and beyond the mip's edge.
     Result<void> read(int x, uint8_t* rgba);
+    /// Bytes of all blocks that were read, as they lie in the file.
+    uint64_t bytesRead() const { return bytesRead_; }
 
 private:
     PhotoShardFile();
@@ -42,6 +45,7 @@ private:
     ShardId shard_;
     int width_ = 0, height_ = 0;
     bool isLossless_ = false;
+    uint64_t bytesRead_ = 0;
     struct Handle;
     std::unique_ptr<Handle> handle_;
 };

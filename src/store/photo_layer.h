@@ -12,9 +12,7 @@ namespace terray {
 constexpr const char* kPhotoVrtName = "photo.vrt";
 constexpr int kPhotoQuality = 90;  ///< of JPEG, unless said otherwise
 
-/// A photo on a lattice of its own: mip 0 as read, each further mip half the pixels of the one
-/// before (rounded up), until all of it is one block. Pixels are areas: pixel (i, j) of mip m
-/// covers pixels (2 i, 2 j) to (2 i + 1, 2 j + 1) of mip m - 1, as far as they exist.
+/// A photo with the mips of a PhotoGrid (tile/photo_blocks.h).
 struct PhotoLayer {
     int64_t columns = 0, rows = 0;
     Affine2 worldFromPixel;       ///< centre of pixel (i, j) of mip 0, metres

@@ -36,7 +36,9 @@ Result<void> StorePhotoReader::read(int mip, int x, int y, uint8_t* rgba) {
     if (!file) {
         done = file.error();
     } else {
+        const uint64_t before = (*file)->bytesRead();
         done = (*file)->read(x, rgba);
+        bytesRead_ += (*file)->bytesRead() - before;
     }
     if (done) return {};
     return makeError(done.error().code,

@@ -62,6 +62,8 @@ public:
     /// Block x of the mip (not of the file): 512 x 512 posts; beyond the mip's edge anything.
     Result<void> read(int x, float* posts);
     Result<void> read(int x, uint16_t* codes);
+    /// Bytes of all blocks that were read, as they lie in the file.
+    uint64_t bytesRead() const { return bytesRead_; }
 
 private:
     ShardFile();
@@ -73,6 +75,7 @@ private:
     ShardId shard_;
     std::optional<InPlaceSource> source_;  ///< set: the file is all of mip 0, its samples raw
     PostFormat format_ = PostFormat::Float32;
+    uint64_t bytesRead_ = 0;
     struct Handle;
     std::unique_ptr<Handle> handle_;
 };

@@ -111,8 +111,9 @@ Result<void> ShardFile::readRaw(int x, void* out) {
     clearGdalMessage();
     const GdalScope scope;
     GDALRasterBand& band = *handle_->dataset->GetRasterBand(1);
-    if ((source_ ? band.ReadBlock(x, shard_.y, out) : band.ReadBlock(x - shard_.x0, 0, out)) !=
-        CE_None) {
+    const int column = source_ ? x : x - shard_.x0, row = source_ ? shard_.y : 0;
+    bytesRead_ += storedBlockBytes(band, column, row);
+    if (band.ReadBlock(column, row, out) != CE_None) {
         return makeError(ErrorCode::Input, "block {} of '{}' cannot be decoded: {}", x - shard_.x0,
                          path_, gdalMessage());
     }

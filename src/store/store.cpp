@@ -49,6 +49,7 @@ public:
     Result<void> readCodes(TileId id, uint16_t* codes, ptrdiff_t stride) override {
         return readTile(id, codes, stride, codes_);
     }
+    uint64_t bytesRead() const override { return bytesRead_; }
 
 private:
     template <class Post>
@@ -69,7 +70,9 @@ private:
         auto shard = shardOf({id.mip, id.x / kShardBlocks * kShardBlocks, id.y});
         if (!shard) return shard.error();
         scratch.resize(size_t{kBlockPosts} * kBlockPosts);
+        const uint64_t before = (*shard)->bytesRead();
         TERRAY_TRY((*shard)->read(id.x, scratch.data()));
+        bytesRead_ += (*shard)->bytesRead() - before;
         const int cellsX = scheme.cellsX(id), cellsY = scheme.cellsY(id);
         const int width = std::min(cellsX + 1, kBlockPosts);
         const int height = std::min(cellsY + 1, kBlockPosts);
@@ -91,6 +94,7 @@ private:
             VSIFReadL(scratch.data(), 1, range.size, *file) != range.size) {
             return makeError(ErrorCode::Input, "'{}' is too short", edgesPath(id.mip));
         }
+        bytesRead_ += range.size;
         const int cellsX = info_.scheme.cellsX(id), cellsY = info_.scheme.cellsY(id);
         if (cellsY == kTileCells) {
             std::copy_n(scratch.data(), cellsX + 1, posts + kTileCells * stride);
@@ -141,6 +145,7 @@ private:
     std::list<std::pair<ShardId, std::unique_ptr<ShardFile>>> shards_;  ///< last used first
     std::unique_ptr<VSILFILE, Close> edges_;
     int edgesMip_ = -1;
+    uint64_t bytesRead_ = 0;
     std::vector<float> floats_;
     std::vector<uint16_t> codes_, tile_;
 };

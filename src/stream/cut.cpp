@@ -99,7 +99,7 @@ struct Directory {
         uint32_t finer[4];
         const int count = childrenOf(pool, id, finer);
         if (!std::all_of(finer, finer + count, [&](uint32_t n) { return pool.isHere(n); })) {
-            ++standIns;
+            standIns.push_back(number);
             return draw(number);
         }
         Square& square = squares[number];
@@ -127,7 +127,7 @@ struct Directory {
     }
 
     float lowestCode = kInfinity, highestCode = -kInfinity;  ///< of drawn tiles' z0
-    uint64_t standIns = 0;  ///< tiles drawn because finer ones are absent
+    std::vector<uint32_t> standIns = {};  ///< tiles drawn because finer ones are absent
 };
 
 }  // namespace
@@ -142,7 +142,12 @@ FrameCut selectCut(const ResidentTerrain& terrain, const Camera& camera,
     const TileRule rule(terrain, camera, options);
     directory.finish(directory.fill(TileId{pool.mips - 1, 0, 0},
                                     [&](uint32_t number) { return rule.serves(number); }));
-    frame.standIns_ = directory.standIns;
+    frame.standIns_ = directory.standIns.size();
+    for (const uint32_t number : directory.standIns) {
+        if (pool.isHollow(number)) continue;
+        frame.lateBlocks_.resize(pool.tiles.size(), 0);
+        frame.lateBlocks_[pool.slots[number]] = rule.lateBlocks(number);
+    }
     if (!pool.isWhole()) directory.hideAllBut(rule.wanted());
     return frame;
 }
@@ -158,7 +163,7 @@ FrameCut finestCut(const ResidentTerrain& terrain, SurfaceKind surface) {
     directory.start(surface);
     directory.finish(
         directory.fill(TileId{terrain.pool().mips - 1, 0, 0}, [](uint32_t) { return false; }));
-    frame.standIns_ = directory.standIns;
+    frame.standIns_ = directory.standIns.size();
     return frame;
 }
 

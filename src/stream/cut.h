@@ -40,6 +40,13 @@ public:
     const std::vector<uint64_t>& tilesPerMip() const { return tilesPerMip_; }
     /// Tiles that are drawn because finer ones are not resident: 0 unless tiles are late.
     uint64_t standIns() const { return standIns_; }
+    /// The hit lies on a block that misses the tolerance, for want of a finer tile.
+    bool isLate(const Hit& hit) const {
+        if (lateBlocks_.empty()) return false;
+        const uint32_t block = (cellY(hit) / kBlockCells) * kTileBlocks + cellX(hit) / kBlockCells;
+        return (lateBlocks_[hit.tile] >> block & 1u) != 0;
+    }
+    bool mayBeLate() const { return !lateBlocks_.empty(); }
 
 private:
     friend FrameCut selectCut(const ResidentTerrain&, const Camera&, const CutOptions&);
@@ -48,6 +55,7 @@ private:
     std::vector<Square> squares_;
     std::vector<uint64_t> tilesPerMip_;
     uint64_t standIns_ = 0;
+    std::vector<uint64_t> lateBlocks_;  ///< per slot: TileRule::lateBlocks(); empty if none is
     TerrainCut cut_;
 };
 

@@ -70,12 +70,17 @@ Selector::Heights Selector::pictureHeights(Heights heights, const LatticeBox& bo
 }
 
 bool Selector::servesInView(const BlockBounds& block, const LatticeBox& box) const {
+    return viewShift(block, box) <= allowed_;
+}
+
+/// Pixels by which what the block draws may stand elsewhere than mip 0.
+double Selector::viewShift(const BlockBounds& block, const LatticeBox& box) const {
     const double error = errorOf(block);
     // A rim that stands elsewhere on the ground stands higher or lower too.
     const double rim = static_cast<double>(block.coverageError) *
                        std::hypot(1.0, exaggeration_ * static_cast<double>(block.maxSlope));
     const double shift = std::max(exaggeration_ * error, rim);
-    if (shift <= 0) return true;
+    if (shift <= 0) return 0;
     double distance = 0;
     if (pixelsPerMetre_ <= 0) {
         const double ground2 = distance2(box, eye_);
@@ -86,7 +91,7 @@ bool Selector::servesInView(const BlockBounds& block, const LatticeBox& box) con
         }
         distance = std::sqrt(ground2 + above * above);
     }
-    return pixels(shift, distance) <= allowed_;
+    return pixels(shift, distance);
 }
 
 /// How far from its foot a shadow's edge may show an error; beyond a length that grows with the

@@ -22,6 +22,10 @@ public:
              const CutOptions& options);
     /// True if what the block draws lies within the tolerance of mip 0.
     bool servesInView(const BlockBounds& block, const LatticeBox& box) const;
+    /// True if it does not, by the whole of the tolerance and not the share left to it here.
+    bool missesTolerance(const BlockBounds& block, const LatticeBox& box) const {
+        return viewShift(block, box) > allowedShadow_;
+    }
     /// True if the shadows of what it draws do.
     bool servesInShadows(const BlockBounds& block, const LatticeBox& box) const;
 
@@ -45,6 +49,7 @@ private:
     };
     double pixels(double metres, double distance) const;
     double errorOf(const BlockBounds& block) const;
+    double viewShift(const BlockBounds& block, const LatticeBox& box) const;
     double shadowLength(double error, double top) const;
     double distance2(const LatticeBox& box, LatticePoint from) const;
     double farthest2(const LatticeBox& box) const;

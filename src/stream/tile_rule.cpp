@@ -46,6 +46,18 @@ bool TileRule::serves(uint32_t number) const {
     return true;
 }
 
+uint64_t TileRule::lateBlocks(uint32_t number) const {
+    const std::span<const BlockBounds> blocks = pool_.blocksOf(number);
+    uint64_t late = 0;
+    for (int k = 0; k < static_cast<int>(kBlocksPerTile); ++k) {
+        const LatticeBox box = boxOf(number, k % kTileBlocks, k / kTileBlocks, 1);
+        if (box.i0 >= box.i1 || box.j0 >= box.j1) continue;
+        if (selector_.missesTolerance(blocks[static_cast<size_t>(k)], box))
+            late |= uint64_t{1} << k;
+    }
+    return late;
+}
+
 bool TileRule::isShadedFiner(uint32_t number) const {
     const TileId id = pool_.tileOf(number);
     if (id.mip == 0) return false;

@@ -20,6 +20,8 @@ public:
 
     /// Every block of the tile may stand in for mip 0, where it or an edge of its shadow is seen.
     bool serves(uint32_t number) const;
+    /// Blocks of the tile (bit 8 y + x) that are seen and miss the tolerance.
+    uint64_t lateBlocks(uint32_t number) const;
     /// Something of the tile may be seen so near that shading reads finer posts than its own
     /// (shade/normals.h).
     bool isShadedFiner(uint32_t number) const;

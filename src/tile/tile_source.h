@@ -21,6 +21,8 @@ public:
     virtual Result<void> read(TileId id, float* posts, ptrdiff_t stride) = 0;
     /// The same as codes (info().format == Int16 only); holes are kHolePost.
     virtual Result<void> readCodes(TileId id, uint16_t* codes, ptrdiff_t stride) = 0;
+    /// Bytes read of files, as they lie there; 0 where there are none.
+    virtual uint64_t bytesRead() const { return 0; }
 };
 
 /// const-shared: any thread may ask for a reader.

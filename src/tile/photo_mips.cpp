@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Means of up to four pixels in linear light, by tables.
-#include "bake/photo_mips.h"
+#include "tile/photo_mips.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-
-#include "store/format.h"
 
 namespace terray {
 namespace {
@@ -42,7 +40,8 @@ const Tables& tables() {
 
 }  // namespace
 
-void halvePhotoBlock(const uint8_t* block, int width, int height, uint8_t* out, ptrdiff_t stride) {
+void halvePhoto(const uint8_t* fine, int width, int height, ptrdiff_t fineStride, uint8_t* out,
+                ptrdiff_t stride) {
     const Tables& table = tables();
     for (int y = 0; 2 * y < height; ++y) {
         uint8_t* to = out + y * stride;
@@ -52,7 +51,7 @@ void halvePhotoBlock(const uint8_t* block, int width, int height, uint8_t* out, 
             std::array<uint64_t, 4> sum{};
             for (int k = 0; k < rows * columns; ++k) {
                 const uint8_t* from =
-                    block + ((2 * y + k / columns) * kBlockPosts + 2 * x + k % columns) * 4;
+                    fine + (2 * y + k / columns) * fineStride + (2 * x + k % columns) * 4;
                 for (size_t c = 0; c < 3; ++c) sum[c] += table.linear[from[c]] * uint64_t{from[3]};
                 sum[3] += from[3];
             }
