@@ -98,8 +98,8 @@ inline bool PhotoFilter::findInPages(const PhotoPages::Mip& mip, Corners& corner
                                      PhotoUse& use) const {
     constexpr int kInside = kPhotoBlockSide - 1;
     const auto numberAt = [&](int x, int y) {
-        return mip.first + static_cast<uint32_t>((y >> kPhotoBlockLog2) * mip.blocksX +
-                                                 (x >> kPhotoBlockLog2));
+        return mip.first +
+               static_cast<uint32_t>((y >> kPhotoBlockLog2) * mip.blocksX + (x >> kPhotoBlockLog2));
     };
     const auto blockOf = [&](uint32_t number) -> const uint8_t* {
         const uint32_t slot = pages_->slots[number];
