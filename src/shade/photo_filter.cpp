@@ -126,6 +126,7 @@ inline bool PhotoFilter::findInPages(const PhotoPages::Mip& mip, Corners& corner
 }
 
 /// Adds the four pixels around a place; of a coarser mip where a block of this one is missing.
+template <bool kInBlocks>
 inline void PhotoFilter::addTap(const Mip* mip, double placeX, double placeY, float weight,
                                 PhotoSample& sum, PhotoUse& use) const {
     constexpr int kBefore = 2;  // places begin at -1: whole parts by truncation, not by floor
@@ -140,7 +141,7 @@ inline void PhotoFilter::addTap(const Mip* mip, double placeX, double placeY, fl
             corners.x[k] = std::clamp(wholeX + k - kBefore, 0, mip->width - 1);
             corners.y[k] = std::clamp(wholeY + k - kBefore, 0, mip->height - 1);
         }
-        if (mip->rgba != nullptr) {
+        if (!kInBlocks || mip->rgba != nullptr) {
             const uint8_t* topLeft = pixelAt(mip->rgba, mip->width, corners.x[0], corners.y[0]);
             const ptrdiff_t right = 4 * static_cast<ptrdiff_t>(corners.x[1] - corners.x[0]);
             const ptrdiff_t down =
@@ -205,11 +206,9 @@ void chooseTaps(const Floats2& a, const Floats2& b, int last, Floats2& axis, Flo
 
 }  // namespace
 
-void PhotoFilter::at(const PhotoFeet& feet, PhotoBatch& photo, PhotoUse& use) const {
-    TERRAY_ASSERT(pages_ == nullptr || use.touched.size() == pages_->slotCount);
-    Shapes s;
-    chooseTaps(feet.a, feet.b, static_cast<int>(mips_.size()) - 1, s.axis, s.perTap, s.coarser,
-               s.taps, s.mip);
+template <bool kInBlocks>
+void PhotoFilter::takeTaps(const PhotoFeet& feet, const Shapes& s, PhotoBatch& photo,
+                           PhotoUse& use) const {
     for (int k = 0; k < kBatch; ++k) {
         const Mip& fine = mips_[static_cast<size_t>(s.mip[k])];
         const float coarse = s.perTap[k] * s.coarser[k], own = s.perTap[k] - coarse;
@@ -221,15 +220,26 @@ void PhotoFilter::at(const PhotoFeet& feet, PhotoBatch& photo, PhotoUse& use) co
             const double y = feet.y[k] + static_cast<double>(along * s.axis.y[k]);
             // Half a pixel of grace: a photo that ends with the posts' pixels covers the posts.
             if (x < -1 || y < -1 || x > width_ || y > height_) continue;
-            if (own > 0.0f) addTap(&fine, x, y, own, sum, use);
-            if (coarse > 0.0f) addTap(&fine + 1, x, y, coarse, sum, use);
+            if (own > 0.0f) addTap<kInBlocks>(&fine, x, y, own, sum, use);
+            if (coarse > 0.0f) addTap<kInBlocks>(&fine + 1, x, y, coarse, sum, use);
         }
-        photo.late[k] = use.misses != missesBefore ? 1 : 0;
+        photo.late[k] = kInBlocks && use.misses != missesBefore ? 1 : 0;
         photo.colour.r[k] = sum.colour.r;
         photo.colour.g[k] = sum.colour.g;
         photo.colour.b[k] = sum.colour.b;
         photo.cover[k] = sum.cover;
     }
+}
+
+void PhotoFilter::at(const PhotoFeet& feet, PhotoBatch& photo, PhotoUse& use) const {
+    TERRAY_ASSERT(pages_ == nullptr || use.touched.size() == pages_->slotCount);
+    Shapes shapes;
+    chooseTaps(feet.a, feet.b, static_cast<int>(mips_.size()) - 1, shapes.axis, shapes.perTap,
+               shapes.coarser, shapes.taps, shapes.mip);
+    if (pages_ != nullptr)
+        takeTaps<true>(feet, shapes, photo, use);
+    else
+        takeTaps<false>(feet, shapes, photo, use);
 }
 
 PhotoSample PhotoFilter::at(Vec2 place, glm::vec2 a, glm::vec2 b) const {

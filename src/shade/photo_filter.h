@@ -60,8 +60,12 @@ private:
     };
     struct Shapes;
     struct Corners;
+    template <bool kInBlocks>
     void addTap(const Mip* mip, double placeX, double placeY, float weight, PhotoSample& sum,
                 PhotoUse& use) const;
+    template <bool kInBlocks>
+    void takeTaps(const PhotoFeet& feet, const Shapes& shapes, PhotoBatch& photo,
+                  PhotoUse& use) const;
     bool findInPages(const PhotoPages::Mip& mip, Corners& corners, PhotoUse& use) const;
     static Mip halve(const Mip& fine);
     void addCoarser();

@@ -38,6 +38,27 @@ const Tables& tables() {
     return made;
 }
 
+bool isOpaque(const uint8_t* from, int columns, int rows, ptrdiff_t stride) {
+    uint8_t all = 255;
+    for (int k = 0; k < rows * columns; ++k)
+        all &= from[k / columns * stride + k % columns * 4 + 3];
+    return all == 255;
+}
+
+/// The general rule below, without the divisions.
+void meanOfOpaque(const uint8_t* from, int columns, int rows, ptrdiff_t stride, uint8_t* to) {
+    const Tables& table = tables();
+    const int count = columns * rows;
+    const int shift = count == 4 ? 2 : count - 1;
+    for (int c = 0; c < 3; ++c) {
+        uint32_t sum = 0;
+        for (int k = 0; k < count; ++k)
+            sum += table.linear[from[k / columns * stride + k % columns * 4 + c]];
+        to[c] = table.code[(sum + (1u << shift) / 2) >> shift];
+    }
+    to[3] = 255;
+}
+
 }  // namespace
 
 void halvePhoto(const uint8_t* fine, int width, int height, ptrdiff_t fineStride, uint8_t* out,
@@ -48,6 +69,10 @@ void halvePhoto(const uint8_t* fine, int width, int height, ptrdiff_t fineStride
         const int rows = std::min(2, height - 2 * y);
         for (int x = 0; 2 * x < width; ++x, to += 4) {
             const int columns = std::min(2, width - 2 * x);
+            if (isOpaque(fine + 2 * y * fineStride + 2 * x * 4, columns, rows, fineStride)) {
+                meanOfOpaque(fine + 2 * y * fineStride + 2 * x * 4, columns, rows, fineStride, to);
+                continue;
+            }
             std::array<uint64_t, 4> sum{};
             for (int k = 0; k < rows * columns; ++k) {
                 const uint8_t* from =
