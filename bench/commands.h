@@ -16,6 +16,7 @@ void addFrame(CLI::App& program, Job& job);
 void addDevice(CLI::App& program, Job& job);
 void addShadows(CLI::App& program, Job& job);
 void addExactness(CLI::App& program, Job& job);
+void addLatency(CLI::App& program, Job& job);
 void addPeers(CLI::App& program, Job& job);
 
 }  // namespace terray::bench

@@ -14,6 +14,7 @@ int main(int argc, char** argv) {
     terray::bench::addDevice(program, job);
     terray::bench::addShadows(program, job);
     terray::bench::addExactness(program, job);
+    terray::bench::addLatency(program, job);
     terray::bench::addPeers(program, job);
     try {
         program.parse(argc, argv);

@@ -186,11 +186,11 @@ Result<std::unique_ptr<Frame>> makeFrame(const Terrain::State& state, const View
     frame->options.shadows = options.shadows && !sun->belowHorizon;
     CutOptions cut = cutOptions(options, bend, *sun);
     const std::optional<Camera> soon = cameraSoon(state, camera, options);
-    auto tiles = bringTiles(*state.resident, camera, soon, options, cut);
+    auto tiles = bringTiles(*state.resident, camera, soon, options, state.reduction, cut);
     if (!tiles) return tiles.error();
-    frame->tiles = *tiles;
+    frame->tiles = tiles->figures;
     frame->tolerancePx = cut.tolerancePx;
-    frame->cut = selectCut(*state.resident, camera, cut);
+    frame->cut = selectCut(*state.resident, camera, cut, tiles->wanted);
     auto technique = makeTechnique(options.technique);
     if (!technique) return technique.error();
     frame->technique = std::move(*technique);

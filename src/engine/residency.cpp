@@ -17,6 +17,7 @@ namespace {
 constexpr int kCoarserShading = 3;        ///< mips that shading may do without
 constexpr double kStep = 1.25;            ///< of the tolerance
 constexpr double kLargestTolerance = 64;  ///< pixels
+constexpr double kEasyShare = 0.85;       ///< of the room that is more than enough
 constexpr size_t kTilesAtOnce = 12;       ///< of a ray
 
 /// The tile of mip 0 at a lattice place; mip -1 outside.
@@ -28,51 +29,72 @@ TileId tileAt(const TilingScheme& scheme, double i, double j) {
     return {0, std::min(x, scheme.tilesX(0) - 1), std::min(y, scheme.tilesY(0) - 1)};
 }
 
-/// What a picture wants, or less where there is no room for it.
+/// With so many steps less is asked for: first of the relief that shading shows, then of the
+/// tolerance.
+CutOptions reducedBy(int steps, CutOptions cut) {
+    for (int k = 0; k < steps; ++k)
+        (k < kCoarserShading ? cut.sampleShare : cut.tolerancePx) *=
+            k < kCoarserShading ? 2 : kStep;
+    return cut;
+}
+
+bool mayReduce(int steps, const CutOptions& asked) {
+    if (steps < kCoarserShading) return true;
+    return asked.tolerancePx > 0 && reducedBy(steps, asked).tolerancePx < kLargestTolerance;
+}
+
+/// What a picture wants, or less where there is no room for it. `steps`: of reduction. Pictures
+/// that do not wait begin with those of the last one, and go back by one where there is more than
+/// room enough: a resolution that comes and goes would show, and tiles with it.
 Result<std::vector<TileId>> tilesThatFit(const ResidentTerrain& terrain, const Camera& camera,
-                                         CutOptions& cut) {
+                                         bool waits, int& steps, CutOptions& cut) {
     const Streamer& streamer = *terrain.streamer();
-    const size_t room = streamer.room();
-    const double asked = cut.tolerancePx;
-    std::vector<TileId> wanted = wantedTiles(terrain, camera, cut);
-    const size_t first = wanted.size();
-    for (int k = 0; k < kCoarserShading && !streamer.fits(wanted); ++k) {
-        cut.sampleShare *= 2;
-        wanted = wantedTiles(terrain, camera, cut);
+    const CutOptions asked = cut;
+    const auto wantedAt = [&](int by) {
+        return wantedTiles(terrain, camera, reducedBy(by, asked));
+    };
+    if (waits) steps = 0;
+    const int before = steps;
+    std::vector<TileId> wanted = wantedAt(steps);
+    while (!streamer.fits(wanted) && mayReduce(steps, asked)) wanted = wantedAt(++steps);
+    if (steps == before && steps > 0) {
+        std::vector<TileId> more = wantedAt(steps - 1);
+        if (static_cast<double>(more.size()) < kEasyShare * static_cast<double>(streamer.room())) {
+            wanted = std::move(more);
+            --steps;
+        }
     }
-    while (!streamer.fits(wanted) && asked > 0 && cut.tolerancePx < kLargestTolerance) {
-        cut.tolerancePx *= kStep;
-        wanted = wantedTiles(terrain, camera, cut);
-    }
+    cut = reducedBy(steps, asked);
     if (!streamer.fits(wanted)) {
+        const auto first = static_cast<double>(wantedAt(0).size());
         return makeError(ErrorCode::Input,
-                         "this picture of '{}' takes {} tiles, but memory holds {}; raise --memory "
-                         "to {:.1f} times as much",
-                         terrain.info().name, first, room,
-                         1.1 * static_cast<double>(first) / static_cast<double>(room));
+                         "this picture of '{}' takes {:.0f} tiles, but memory holds {}; raise "
+                         "--memory to {:.1f} times as much",
+                         terrain.info().name, first, streamer.room(),
+                         1.1 * first / static_cast<double>(streamer.room()));
     }
     // The same words for every frame of a flight.
-    if (cut.tolerancePx > asked) {
+    if (cut.tolerancePx > asked.tolerancePx) {
         log::warning(
             "memory holds {} tiles, too few for a tolerance of {:.2g} pixels: drawn with a larger "
             "one (--stats tells which; raise --memory)",
-            room, asked);
-    } else if (wanted.size() < first) {
+            streamer.room(), asked.tolerancePx);
+    } else if (steps > 0) {
         log::note(
             "memory holds {} tiles: relief that shows in shading alone is coarser (raise --memory)",
-            room);
+            streamer.room());
     }
     return wanted;
 }
 
 }  // namespace
 
-Result<TileFigures> bringTiles(const ResidentTerrain& terrain, const Camera& camera,
-                               const std::optional<Camera>& soon, const RenderOptions& options,
-                               CutOptions& cut) {
+Result<BroughtTiles> bringTiles(const ResidentTerrain& terrain, const Camera& camera,
+                                const std::optional<Camera>& soon, const RenderOptions& options,
+                                int& steps, CutOptions& cut) {
     Streamer* streamer = terrain.streamer();
-    if (streamer == nullptr) return TileFigures{};
-    auto wanted = tilesThatFit(terrain, camera, cut);
+    if (streamer == nullptr) return BroughtTiles{};
+    auto wanted = tilesThatFit(terrain, camera, options.waitForTiles, steps, cut);
     if (!wanted) return wanted.error();
     const StreamFigures before = streamer->figures();
     if (options.waitForTiles) {
@@ -87,13 +109,14 @@ Result<TileFigures> bringTiles(const ResidentTerrain& terrain, const Camera& cam
     if (soon) next = wantedTiles(terrain, *soon, cut);
     const uint64_t absent = streamer->update(*wanted, next);
     const StreamFigures& after = streamer->figures();
-    return TileFigures{wanted->size(),
-                       after.loaded - before.loaded,
-                       after.evicted - before.evicted,
-                       absent,
-                       after.bytesRead - before.bytesRead,
-                       after.latency.quantile(0.5),
-                       after.latency.quantile(0.99)};
+    const TileFigures figures{wanted->size(),
+                              after.loaded - before.loaded,
+                              after.evicted - before.evicted,
+                              absent,
+                              after.bytesRead - before.bytesRead,
+                              after.latency.quantile(0.5),
+                              after.latency.quantile(0.99)};
+    return BroughtTiles{figures, std::move(*wanted)};
 }
 
 FinestGround::FinestGround(const ResidentTerrain& terrain) : terrain_(terrain) {

@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "kernel/height.h"
 #include "stream/cut.h"
@@ -20,14 +21,21 @@ struct TileFigures {
     double latencyMs = 0, latencyP99Ms = 0;  ///< of all tiles since the start
 };
 
+/// And what the picture wants, for selectCut(); empty where all tiles are resident.
+struct BroughtTiles {
+    TileFigures figures;
+    std::vector<TileId> wanted;
+};
+
 /// Brings all tiles that a picture wants, or, without waitForTiles, those that have arrived, and
 /// asks for those that the picture of `soon` will want, as far as there is room. Where
 /// they do not fit, asks for less in `cut`: first of the relief that shading shows, then of the
 /// tolerance, and says so. Error: Input when even that does not fit; Failed when a tile cannot be
-/// read and none may be missing; Interrupted.
-Result<TileFigures> bringTiles(const ResidentTerrain& terrain, const Camera& camera,
-                               const std::optional<Camera>& soon, const RenderOptions& options,
-                               CutOptions& cut);
+/// read and none may be missing; Interrupted. `steps`: how much less was asked for; kept from one
+/// picture that does not wait to the next.
+Result<BroughtTiles> bringTiles(const ResidentTerrain& terrain, const Camera& camera,
+                                const std::optional<Camera>& soon, const RenderOptions& options,
+                                int& steps, CutOptions& cut);
 
 /// The finest surface at single places. confined; while it is used nobody else may bring tiles, or
 /// it brings its own again.

@@ -21,8 +21,6 @@
 namespace terray {
 namespace {
 
-constexpr int kPhotoThreads = 2;  ///< that read blocks of a store's photo
-
 Result<void> loadPhotoOf(Terrain::State& state, const OpenOptions& options, uint64_t maxBytes) {
     if (options.photo.empty()) return {};
     const TerrainInfo& info = state.resident->info();
@@ -88,7 +86,7 @@ Result<void> openStoreInto(Terrain::State& state, const std::string& source,
     TERRAY_TRY(finish(state, source, options, *photoBytes));
     if (showsOwnPhoto) {
         auto photo = ResidentPhoto::open(std::make_unique<StorePhoto>(source, *manifest.photo),
-                                         *photoBytes, kPhotoThreads);
+                                         *photoBytes, loaderThreads());
         if (!photo) return photo.error();
         state.storedPhoto = std::move(*photo);
         state.facts.photo = state.storedPhoto->description();

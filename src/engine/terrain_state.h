@@ -39,9 +39,10 @@ struct Terrain::State {
     mutable DeviceCaster caster;
     std::optional<Photo> photo;
     std::unique_ptr<ResidentPhoto> storedPhoto;  ///< instead: of a store, in blocks
-    /// What a picture leaves for the next one; `tiles` guards both.
+    /// What a picture leaves for the next one; `tiles` guards it.
     mutable std::vector<uint32_t> lastPhotoBlocks;
     mutable Motion motion;
+    mutable int reduction = 0;      ///< bringTiles(): steps
     BuildStats build;               ///< loadMs: with header and photo
     int threads = 0;                ///< cores that work uses
     mutable ShadeCache shadeCache;  ///< what pictures share

@@ -117,7 +117,7 @@ struct Directory {
     }
 
     /// Takes all other tiles but the pool's coarse ones, which stay, out of the page table.
-    void hideAllBut(const std::vector<TileId>& shown) {
+    void hideAllBut(std::span<const TileId> shown) {
         std::vector<uint8_t> isShown(squares.size(), 0);
         for (const TileId id : shown) isShown[pool.numberOf(id)] = 1;
         const uint32_t kept = pool.firstTile[static_cast<size_t>(pool.firstKept)];
@@ -132,8 +132,8 @@ struct Directory {
 
 }  // namespace
 
-FrameCut selectCut(const ResidentTerrain& terrain, const Camera& camera,
-                   const CutOptions& options) {
+FrameCut selectCut(const ResidentTerrain& terrain, const Camera& camera, const CutOptions& options,
+                   std::span<const TileId> wanted) {
     const ResidentTerrain::Pool& pool = terrain.pool();
     if (options.tolerancePx <= 0 && pool.isWhole()) return finestCut(terrain, options.surface);
     FrameCut frame;
@@ -148,7 +148,8 @@ FrameCut selectCut(const ResidentTerrain& terrain, const Camera& camera,
         frame.lateBlocks_.resize(pool.tiles.size(), 0);
         frame.lateBlocks_[pool.slots[number]] = rule.lateBlocks(number);
     }
-    if (!pool.isWhole()) directory.hideAllBut(rule.wanted());
+    if (!pool.isWhole() && wanted.empty()) directory.hideAllBut(rule.wanted());
+    if (!wanted.empty()) directory.hideAllBut(wanted);
     return frame;
 }
 

@@ -49,7 +49,8 @@ public:
     bool mayBeLate() const { return !lateBlocks_.empty(); }
 
 private:
-    friend FrameCut selectCut(const ResidentTerrain&, const Camera&, const CutOptions&);
+    friend FrameCut selectCut(const ResidentTerrain&, const Camera&, const CutOptions&,
+                              std::span<const TileId>);
     friend FrameCut finestCut(const ResidentTerrain&, SurfaceKind);
     friend FrameCut cutOf(const ResidentTerrain&, SurfaceKind, std::span<const TileId>);
     std::vector<Square> squares_;
@@ -64,7 +65,9 @@ private:
 /// Where such a tile is not resident a coarser one is drawn. Of what is resident, only
 /// wantedTiles() and the tiles that stay are in the cut's page table, so that a picture does not
 /// depend on what others have left in memory.
-FrameCut selectCut(const ResidentTerrain& terrain, const Camera& camera, const CutOptions& options);
+/// `wanted`: those, if they are known; else they are found out.
+FrameCut selectCut(const ResidentTerrain& terrain, const Camera& camera, const CutOptions& options,
+                   std::span<const TileId> wanted = {});
 
 /// The tiles that selectCut() would like to draw, those that shading reads where they are seen, and
 /// all coarser ones over them; coarse ones first, near ones first within a mip.

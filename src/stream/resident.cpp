@@ -16,8 +16,7 @@ namespace {
 
 constexpr double kGiB = 1 << 30;
 constexpr double kMostSlots = static_cast<double>(kLargestPoolBytes) / (kSlotPosts * sizeof(float));
-constexpr double kLeastRoom = 16;  ///< tiles of a frame, beside those that stay
-constexpr int kLoaderThreads = 2;
+constexpr double kLeastRoom = 16;       ///< tiles of a frame, beside those that stay
 constexpr double kWorkBytes = 8 << 20;  ///< windows that are worked on, per terrain
 
 Result<void> checkSize(const TerrainInfo& info, uint64_t memoryBytes) {
@@ -128,7 +127,7 @@ Result<std::unique_ptr<ResidentTerrain>> ResidentTerrain::stream(std::unique_ptr
     terrain->pool_ = std::move(*pool);
     terrain->pool_->firstKept = firstKept;
     terrain->pool_->takeBlocks(*source);
-    auto streamer = Streamer::make(*source, *terrain->pool_, kLoaderThreads);
+    auto streamer = Streamer::make(*source, *terrain->pool_, loaderThreads());
     if (!streamer) return streamer.error();
     terrain->streamer_ = std::move(*streamer);
     stats.loadMs = loading.elapsedMs();

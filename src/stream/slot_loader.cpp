@@ -2,9 +2,14 @@
 // The loader's threads: each has a filler of its own, made anew after an error.
 #include "stream/slot_loader.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace terray {
+
+int loaderThreads() {
+    return std::clamp(static_cast<int>(std::thread::hardware_concurrency()) / 4, 2, 8);
+}
 
 SlotLoader::SlotLoader(MakeFiller makeFiller, int threads) : makeFiller_(std::move(makeFiller)) {
     for (int k = 0; k < threads; ++k) threads_.emplace_back([this] { work(); });

@@ -42,6 +42,10 @@ public:
 /// Called by each thread, and again after an error: nothing of what went wrong is kept.
 using MakeFiller = std::function<Result<std::unique_ptr<SlotFiller>>()>;
 
+/// Threads that keep a loader from being what pictures wait for: a quarter of the cores, but 2
+/// to 8.
+int loaderThreads();
+
 /// synchronised.
 class SlotLoader {
 public:
