@@ -15,6 +15,7 @@
 #include "stream/cut.h"
 #include "stream/ray_tiles.h"
 #include "stream/test_source.h"
+#include "stream/tile_rule.h"
 #include "view/ray_frame.h"
 
 namespace terray {
@@ -211,6 +212,28 @@ TEST(Streamer, LateTilesAreStoodInForAndTheCutIsWhole) {
     const FrameCut late = selectCut(*pair.streamed, camera, options);
     EXPECT_GT(late.standIns(), 0u);
     EXPECT_EQ(late.tilesPerMip()[0], 0u);
+    // A hit counts as late where the tile under it misses the tolerance, and only there.
+    const RayFrame rays(camera, source.info().worldFromLattice, 1, 0);
+    const auto countLate = [&](const FrameCut& cut, const Camera& from, const CutOptions& judged) {
+        std::vector<Ray> all;
+        for (int y = 0; y < camera.height; y += 3)
+            for (int x = 0; x < camera.width; x += 3) all.push_back(rays.rayThrough(x, y));
+        std::vector<Hit> hits(all.size());
+        TraceCounters counters;
+        firstHits(cut.cut(), all, hits, counters);
+        const TileRule rule(*pair.streamed, from, judged);
+        size_t count = 0;
+        for (const Hit& hit : hits) {
+            if (!isHit(hit)) continue;
+            const ResidentTerrain::Pool& pool = pair.streamed->pool();
+            const uint64_t blocks = rule.lateBlocks(pool.numberOf(pool.ids[hit.tile]));
+            const uint32_t block = cellY(hit) / 64 * 8 + cellX(hit) / 64;
+            EXPECT_EQ(cut.isLate(hit), (blocks >> block & 1u) != 0);
+            count += cut.isLate(hit) ? 1 : 0;
+        }
+        return count;
+    };
+    EXPECT_GT(countLate(late, camera, options), 100u);
     for (int k = 0; k < 500; ++k) {
         std::uniform_real_distribution<double> at(0, 2999);
         EXPECT_NE(surfaceCellAt(late.cut(), at(random), at(random)).slot, kNoSlot);
@@ -218,7 +241,9 @@ TEST(Streamer, LateTilesAreStoodInForAndTheCutIsWhole) {
     pair.troubles->isHeld = false;
     ASSERT_TRUE(streamer.bring(wanted).ok());
     EXPECT_EQ(streamer.update(wanted), 0u);
-    EXPECT_EQ(selectCut(*pair.streamed, camera, options).standIns(), 0u);
+    const FrameCut whole = selectCut(*pair.streamed, camera, options, wanted);
+    EXPECT_EQ(whole.standIns(), 0u);
+    EXPECT_EQ(countLate(whole, camera, options), 0u);
 }
 
 TEST(Streamer, BrokenTilesAreTriedAgainAndThenNamed) {
