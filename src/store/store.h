@@ -30,6 +30,7 @@ public:
     std::span<const BlockBounds> bounds(int mip) const override {
         return bounds_[static_cast<size_t>(mip)];
     }
+    void dropBounds() override { bounds_ = {}; }
     Result<std::unique_ptr<TileReader>> makeReader() const override;
 
 private:

@@ -106,8 +106,7 @@ Result<std::unique_ptr<ResidentTerrain>> ResidentTerrain::stream(std::unique_ptr
     const Stopwatch loading;
     const TerrainInfo& info = source->info();
     const double perSlot = poolSizes(info, 1).total() - poolSizes(info, 0).total();
-    // The source keeps the bounds of all tiles, too.
-    const double left = static_cast<double>(poolBytes) - 2 * poolSizes(info, 0).total();
+    const double left = static_cast<double>(poolBytes) - poolSizes(info, 0).total();
     const double most = std::min(std::floor(std::max(left, 0.0) / perSlot), kMostSlots);
     double kept = 0;
     for (int mip = firstKept; mip < info.scheme.mipCount(); ++mip) {
@@ -127,6 +126,7 @@ Result<std::unique_ptr<ResidentTerrain>> ResidentTerrain::stream(std::unique_ptr
     terrain->pool_ = std::move(*pool);
     terrain->pool_->firstKept = firstKept;
     terrain->pool_->takeBlocks(*source);
+    source->dropBounds();
     auto streamer = Streamer::make(*source, *terrain->pool_, loaderThreads());
     if (!streamer) return streamer.error();
     terrain->streamer_ = std::move(*streamer);

@@ -33,6 +33,8 @@ public:
     virtual uint64_t holes() const = 0;           ///< posts of mip 0 without a height
     /// Of all blocks of a mip, row by row: 8 * tilesX(mip) a row, 8 * tilesY(mip) rows.
     virtual std::span<const BlockBounds> bounds(int mip) const = 0;
+    /// Frees the bounds of all mips: whoever has copied them asks no more. No reader is at work.
+    virtual void dropBounds() {}
     /// Block (x, y) of a tile, 0 .. 7 each.
     const BlockBounds& block(TileId id, int x, int y) const {
         const auto width = static_cast<size_t>(info().scheme.tilesX(id.mip)) * kTileBlocks;
