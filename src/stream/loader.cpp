@@ -20,6 +20,7 @@ TileLoader::~TileLoader() {
         const std::lock_guard lock(mutex_);
         stop_ = true;
     }
+    source_.stopReading();
     asked_.notify_all();
     for (std::thread& thread : threads_) thread.join();
 }

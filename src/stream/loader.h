@@ -28,7 +28,7 @@ struct LoadedTile {
 class TileLoader {
 public:
     TileLoader(const TileSource& source, ResidentTerrain::Pool& pool, int threads);
-    /// Waits for what is being read.
+    /// Stops the source, and waits for what is being read.
     ~TileLoader();
     TileLoader(const TileLoader&) = delete;
     TileLoader& operator=(const TileLoader&) = delete;

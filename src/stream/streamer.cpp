@@ -18,7 +18,8 @@ namespace {
 constexpr std::chrono::milliseconds kPatience{100};   ///< between looks for Ctrl-C
 constexpr std::chrono::milliseconds kFirstDelay{40};  ///< until a tile is tried again
 constexpr int kMostDoublings = 10;                    ///< of that delay
-constexpr int kAttempts = 3;                          ///< of who waits for a tile
+constexpr int kAttempts = 3, kRemoteAttempts = 5;     ///< of who waits for a tile
+constexpr int kMostNamed = 20;                        ///< failures that are told one by one
 constexpr TileId kNoTile{-1, 0, 0};
 
 }  // namespace
@@ -28,6 +29,7 @@ Streamer::Streamer(const TileSource& source, ResidentTerrain::Pool& pool, int th
       states_(pool.slots.size(), State::Absent),
       usedAt_(pool.tiles.size(), 0),
       isKept_(pool.tiles.size(), 0),
+      attempts_(source.isRemote() ? kRemoteAttempts : kAttempts),
       loader_(source, pool, threads) {
     for (auto slot = static_cast<uint32_t>(pool.tiles.size()); slot > 0; --slot) {
         free_.push_back(slot - 1);
@@ -100,7 +102,7 @@ bool Streamer::mayAsk(uint32_t number) const {
 bool Streamer::isWorthWaiting(uint32_t number) const {
     if (pool_.isHere(number)) return false;
     const auto failure = failures_.find(number);
-    return failure == failures_.end() || failure->second.attempts < kAttempts;
+    return failure == failures_.end() || failure->second.attempts < attempts_;
 }
 
 Result<void> Streamer::bring(std::span<const TileId> wanted) {
@@ -158,6 +160,15 @@ void Streamer::makeRims(const std::vector<TileId>& shown) {
                               [&](size_t k) { makeSharpness(pool_, slots[k]); });
 }
 
+void Streamer::tell(const Error& error) {
+    if (error.code == ErrorCode::Interrupted) return;
+    ++named_;
+    if (named_ < kMostNamed) log::warning("{} (a coarser tile stands in)", error.message);
+    if (named_ == kMostNamed) {
+        log::warning("{} (a coarser tile stands in; more such tiles are not told)", error.message);
+    }
+}
+
 /// Tried again later and later; named once.
 void Streamer::fail(const TileJob& job, const Error& error) {
     const uint32_t number = pool_.numberOf(job.id);
@@ -166,7 +177,7 @@ void Streamer::fail(const TileJob& job, const Error& error) {
     free_.push_back(job.slot);
     ++figures_.failed;
     Failure& failure = failures_.try_emplace(number, Failure{error, 0, {}}).first->second;
-    if (failure.attempts == 0) log::warning("{} (a coarser tile stands in)", error.message);
+    if (failure.attempts == 0) tell(error);
     const auto delay = kFirstDelay * (1 << std::min(2 * failure.attempts, kMostDoublings));
     failure.retryAt = std::chrono::steady_clock::now() + delay;
     failure.error = error;

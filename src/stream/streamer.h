@@ -55,6 +55,7 @@ private:
     void show(const std::vector<LoadedTile>& tiles);
     void makeRims(const std::vector<TileId>& shown);
     void fail(const TileJob& job, const Error& error);
+    void tell(const Error& error);
     bool mayAsk(uint32_t number) const;
     bool isWorthWaiting(uint32_t number) const;
     uint32_t freeSlot();
@@ -66,6 +67,8 @@ private:
     std::vector<uint8_t> isKept_;                     ///< per slot
     std::unordered_map<uint32_t, Failure> failures_;  ///< by tile
     size_t room_ = 0;
+    int attempts_ = 0;  ///< at a tile of who waits for it
+    int named_ = 0;     ///< tiles whose failure was told
     uint64_t now_ = 0;
     StreamFigures figures_;
     TileLoader loader_;  ///< last: its threads end before what they write to
