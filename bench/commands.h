@@ -15,6 +15,8 @@ void addKernel(CLI::App& program, Job& job);
 void addFrame(CLI::App& program, Job& job);
 void addShadows(CLI::App& program, Job& job);
 void addExactness(CLI::App& program, Job& job);
+void addTerabyte(CLI::App& program, Job& job);
+void addGrowth(CLI::App& program, Job& job);
 void addPeers(CLI::App& program, Job& job);
 
 }  // namespace terray::bench
