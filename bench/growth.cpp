@@ -17,6 +17,7 @@ struct GrowthOptions {
     uint64_t memoryMiB = 3072;
     double tolerance = 2.0 / 3;
     std::vector<int> finest{6, 4, 2, 0};
+    bool clutter = false;
 };
 
 struct NamedPlace {
@@ -31,7 +32,7 @@ constexpr NamedPlace kPlaces[] = {
 
 /// The same eye for all: above the finest ground.
 std::vector<Camera> camerasOf(const GrowthOptions& options) {
-    const TerabyteSource finest(kSide, kSide, 0, 1);
+    const TerabyteSource finest(kSide, kSide, 0, 1, !options.clutter);
     std::vector<Camera> cameras;
     for (const NamedPlace& place : kPlaces)
         cameras.push_back(cameraAt(finest, place.from, options.width, options.height));
@@ -41,10 +42,10 @@ std::vector<Camera> camerasOf(const GrowthOptions& options) {
 Result<void> measureSize(const GrowthOptions& options, int finest,
                          const std::vector<Camera>& cameras, const Technique& technique,
                          std::vector<nlohmann::json>& lines) {
-    auto scene = openStreamed(kSide, kSide, finest, options.memoryMiB << 20);
+    auto scene = openStreamed(kSide, kSide, finest, !options.clutter, options.memoryMiB << 20);
     if (!scene) return scene.error();
     for (size_t k = 0; k < cameras.size(); ++k) {
-        auto frame = bringFrame(*scene, cameras[k], options.tolerance);
+        auto frame = bringFrame(*scene, cameras[k], options.tolerance, false);
         if (!frame) return frame.error();
         const RayFrame rays(cameras[k], scene->terrain->info().worldFromLattice, 1, scene->bend);
         TraceCounters counters;
@@ -118,6 +119,7 @@ void addGrowth(CLI::App& program, Job& job) {
     command->add_option("--tolerance", options->tolerance, "pixels")->capture_default_str();
     command->add_option("--posts", options->finest, "log2 of metres between posts: 6 4 2 0")
         ->check(CLI::Range(0, 7));
+    command->add_flag("--clutter", options->clutter, "trees and houses where posts are 1 m apart");
     command->footer("Example: terray-bench growth --reps 9");
     command->callback([options, &job] { job = [options] { return runGrowth(*options); }; });
 }

@@ -18,10 +18,10 @@ constexpr double kHalfFieldDeg = 30;
 
 }  // namespace
 
-Result<StreamedScene> openStreamed(int64_t width, int64_t height, int finestMip,
+Result<StreamedScene> openStreamed(int64_t width, int64_t height, int finestMip, bool isBare,
                                    uint64_t memoryBytes) {
     const Stopwatch watch;
-    auto source = std::make_unique<TerabyteSource>(width, height, finestMip, kSeed);
+    auto source = std::make_unique<TerabyteSource>(width, height, finestMip, kSeed, isBare);
     StreamedScene scene;
     scene.source = source.get();
     scene.bend = (1 - kRefraction) / (2 * kEarthRadius);
@@ -62,13 +62,14 @@ Camera cameraAt(const TerabyteSource& source, const Standpoint& from, int width,
 }
 
 Result<StreamedFrame> bringFrame(const StreamedScene& scene, const Camera& camera,
-                                 double tolerancePx) {
-    constexpr double kMost = 16;
+                                 double tolerancePx, bool isShaded) {
+    constexpr double kMost = 16, kUnshaded = 1e6;
     const Stopwatch watch;
     StreamedFrame frame;
     CutOptions options;
     options.bend = scene.bend;
     options.tolerancePx = tolerancePx;
+    if (!isShaded) options.sampleShare = kUnshaded;
     Streamer& streamer = *scene.terrain->streamer();
     std::vector<TileId> wanted = wantedTiles(*scene.terrain, camera, options);
     for (int k = 0; k < 3 && !streamer.fits(wanted); ++k) {

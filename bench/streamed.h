@@ -18,7 +18,7 @@ struct StreamedScene {
 };
 /// Ground of width x height metres with posts 2^finestMip metres apart, in at most that much
 /// memory.
-Result<StreamedScene> openStreamed(int64_t width, int64_t height, int finestMip,
+Result<StreamedScene> openStreamed(int64_t width, int64_t height, int finestMip, bool isBare,
                                    uint64_t memoryBytes);
 
 /// World metres; what stands on the ground counts.
@@ -36,8 +36,9 @@ struct StreamedFrame {
     size_t wanted = 0;
     double bringMs = 0;
 };
-/// The frame with all its tiles. Error Input where they do not fit even at 16 times the tolerance.
+/// The frame with all its tiles, those that shading reads included if it is asked for. Error Input
+/// where they do not fit even at 16 times the tolerance.
 Result<StreamedFrame> bringFrame(const StreamedScene& scene, const Camera& camera,
-                                 double tolerancePx);
+                                 double tolerancePx, bool isShaded);
 
 }  // namespace terray::bench

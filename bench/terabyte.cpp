@@ -17,6 +17,7 @@ namespace terray::bench {
 namespace {
 
 constexpr double kMiB = 1 << 20, kGB = 1e9;
+constexpr size_t kFramesALine = 20;
 constexpr uint64_t kOverBudget = uint64_t{64} << 20;
 
 struct TerabyteOptions {
@@ -127,7 +128,7 @@ Result<FlightFigures> fly(const StreamedScene& scene, const TerabyteOptions& opt
     while (static_cast<double>(work.decodedBytes) < options.gigabytes * kGB) {
         const Camera camera =
             cameraAt(*scene.source, flight.next(), options.pictureWidth, options.pictureHeight);
-        auto frame = bringFrame(scene, camera, options.tolerance);
+        auto frame = bringFrame(scene, camera, options.tolerance, true);
         if (!frame) return frame.error();
         const RayFrame rays(camera, scene.terrain->info().worldFromLattice, 1, scene.bend);
         TraceCounters counters;
@@ -139,6 +140,16 @@ Result<FlightFigures> fly(const StreamedScene& scene, const TerabyteOptions& opt
         figures.tolerance.push_back(frame->tolerancePx);
         figures.rays += counters.rays;
         figures.hits += counters.hits;
+        if (figures.primaryMs.size() % kFramesALine == 0) {
+            fmt::print("{}\n",
+                       nlohmann::json{{"bench", "terabyte-frames"},
+                                      {"frames", figures.primaryMs.size()},
+                                      {"decoded_gb", static_cast<double>(work.decodedBytes) / kGB},
+                                      {"primary_cpu_ms", time.cpuMs},
+                                      {"tiles_wanted", frame->wanted}}
+                           .dump());
+            std::fflush(stdout);
+        }
     }
     figures.loaded = scene.terrain->streamer()->figures().loaded;
     return figures;
@@ -191,7 +202,7 @@ Result<double> compareWithCrop(const StreamedScene& scene, const TerabyteOptions
         const Camera camera =
             cameraAt(*scene.source, {middle.x, middle.y - half / 3, above, 0, pitch},
                      options.pictureWidth, options.pictureHeight);
-        auto frame = bringFrame(scene, camera, options.tolerance);
+        auto frame = bringFrame(scene, camera, options.tolerance, true);
         if (!frame) return frame.error();
         CutOptions cutOptions;
         cutOptions.bend = scene.bend;
@@ -226,7 +237,7 @@ Result<void> measureTerabyte(const TerabyteOptions& options) {
     auto technique = makeTechnique("ray_cast");
     if (!technique) return technique.error();
     const uint64_t idle = peakResidentBytes();
-    auto scene = openStreamed(options.width, options.height, 0, options.memoryMiB << 20);
+    auto scene = openStreamed(options.width, options.height, 0, false, options.memoryMiB << 20);
     if (!scene) return scene.error();
     const TilingScheme& scheme = scene->terrain->info().scheme;
     fmt::print("{}\n", nlohmann::json{{"bench", "terabyte-start"},

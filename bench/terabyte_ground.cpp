@@ -13,7 +13,7 @@ namespace {
 
 using synthetic::hashPlace;
 
-constexpr double kLargest = 800,
+constexpr double kLargest = 480,
                  kRoughness = 0.85;  ///< metres; amplitudes halve 0.85 times an octave
 constexpr int kSquareLog2 = 6, kLandOctave = 11;
 constexpr uint32_t kLandSeed = 77, kTreeSeed = 101, kHouseSeed = 103, kGrassSeed = 107;
@@ -71,7 +71,7 @@ void HillRows::fill(const Octave& octave, int64_t cellRow, std::vector<float>& o
     for (size_t c = 0; c < out.size(); ++c) {
         const uint32_t hash =
             hashPlace(octave.firstCell - 1 + static_cast<int64_t>(c), cellRow, octave.seed);
-        out[c] = octave.amplitude * (2 * unit(hash) - 1);
+        out[c] = (hash & 1) != 0 ? octave.amplitude : -octave.amplitude;
     }
 }
 
@@ -117,12 +117,14 @@ void HillRows::addRow(int64_t y, float* out) {
     }
 }
 
-Clutter::Clutter(int64_t columns, int64_t rows, uint32_t seed)
+Clutter::Clutter(int64_t columns, int64_t rows, uint32_t seed, bool isBare)
     : seed_(seed),
+      isBare_(isBare),
       squaresX_((columns >> kSquareLog2) + 1),
       squaresY_((rows >> kSquareLog2) + 1),
       heights_(static_cast<size_t>(squaresX_ * squaresY_)),
       kinds_(heights_.size()) {
+    if (isBare) return;
     HillRows land(kSquareLog2, kLandOctave, kLandOctave, seed + kLandSeed, 0,
                   static_cast<int>(squaresX_));
     const auto most = static_cast<float>(amplitude(kLandOctave));
@@ -156,6 +158,7 @@ float Clutter::squareHeight(int64_t x, int64_t y) const { return heights_[square
 /// A crown with a sheer side in each lot of 8 m of a forest, a gabled house in each of 32 m of a
 /// village, grass everywhere.
 void Clutter::addRow(int64_t x, int64_t y, int width, float* out) const {
+    if (isBare_) return;
     for (int i = 0; i < width;) {
         const size_t square = squareAt(x + i, y);
         const Kind kind = kinds_[square];

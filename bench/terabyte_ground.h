@@ -50,7 +50,8 @@ private:
 /// and all of it stands on the hills.
 class Clutter {
 public:
-    Clutter(int64_t columns, int64_t rows, uint32_t seed);  ///< metres
+    /// Metres. Bare: nothing stands anywhere.
+    Clutter(int64_t columns, int64_t rows, uint32_t seed, bool isBare);
     /// Metres, of the square of a place in metres.
     float squareHeight(int64_t x, int64_t y) const;
     /// Adds it to the posts of mip 0.
@@ -64,6 +65,7 @@ private:
     size_t squareAt(int64_t x, int64_t y) const;
 
     uint32_t seed_;
+    bool isBare_;
     int64_t squaresX_, squaresY_;
     std::vector<float> heights_;
     std::vector<Kind> kinds_;

@@ -296,8 +296,9 @@ private:
     std::vector<RangeGrid> squares_, near_;
 };
 
-TerabyteSource::TerabyteSource(int64_t width, int64_t height, int finestMip, uint32_t seed)
-    : finestMip_(finestMip), seed_(seed), clutter_(width, height, seed) {
+TerabyteSource::TerabyteSource(int64_t width, int64_t height, int finestMip, uint32_t seed,
+                               bool isBare)
+    : finestMip_(finestMip), seed_(seed), clutter_(width, height, seed, isBare) {
     const double cell = std::exp2(finestMip);
     info_.name = "terabyte";
     info_.scheme = {(width >> finestMip) + 1, (height >> finestMip) + 1};

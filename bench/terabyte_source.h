@@ -16,8 +16,8 @@ namespace terray::bench {
 class TerabyteSource final : public TileSource {
 public:
     /// Ground of width x height metres (multiples of 64), with posts 2^finestMip metres apart: the
-    /// same ground whatever that is, less what such posts miss.
-    TerabyteSource(int64_t width, int64_t height, int finestMip, uint32_t seed);
+    /// same ground whatever that is, less what such posts miss. Bare: without trees and houses.
+    TerabyteSource(int64_t width, int64_t height, int finestMip, uint32_t seed, bool isBare);
 
     const TerrainInfo& info() const override { return info_; }
     uint64_t holes() const override { return 0; }

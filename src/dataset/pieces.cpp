@@ -60,7 +60,10 @@ struct FilePieces::State {
         if (!file || path != name) {
             path = name;
             file.reset(VSIFOpenL(gdalName(name).c_str(), "rb"));
-            if (!file) return makeError(ErrorCode::Input, "it does not exist or is out of reach");
+            if (!file) {
+                forget(name);
+                return makeError(ErrorCode::Input, "it does not exist or is out of reach");
+            }
         }
         if (VSIFSeekL(file.get(), offset, SEEK_SET) != 0 ||
             VSIFReadL(out.data(), 1, out.size(), file.get()) != out.size()) {

@@ -29,7 +29,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
         with server.lock:
             server.requests.append((self.command, name, self.headers.get("Range", "")))
             trouble = server.trouble(name, sum(1 for r in server.requests if r[1] == name))
-        file = os.path.join(server.folder, name)
+        file = os.path.join(server.folder, name.removeprefix("bucket/"))
         if not os.path.isfile(file):
             return self.answer(404, b"<html>nothing here</html>")
         with open(file, "rb") as data:
@@ -222,6 +222,20 @@ class RemoteTest(harness.CliTest):
             self.assertEqual(len(rows), 31)
             self.assertGreater(float(rows[0]["tiles_absent"]), 0)
             self.assertEqual(float(rows[-1]["tiles_absent"]), 0, trouble)
+
+    def test_stores_in_the_cloud(self):
+        """Through GDAL's file layer, which caches: what was wrong is forgotten and asked for again."""
+        settings = {"AWS_S3_ENDPOINT": f"127.0.0.1:{self.port}", "AWS_HTTPS": "NO", "AWS_VIRTUAL_HOSTING": "FALSE",
+                    "AWS_NO_SIGN_REQUEST": "YES", "GDAL_HTTP_MAX_RETRY": "0"}
+        os.environ.update(settings)
+        for key in settings:
+            self.addCleanup(os.environ.pop, key)
+        local = self.local()
+        self.assertEqual(self.picture("s3://bucket/s.terray"), local)
+        for trouble in (503, "lie"):
+            self.server.requests.clear()
+            self.server.trouble = lambda name, n: trouble if n == 3 and "height/m0" in name else None
+            self.assertEqual(self.picture("/vsis3/bucket/s.terray"), local, trouble)
 
     def test_dems_over_http(self):
         self.server.folder = self.folder
