@@ -146,6 +146,10 @@ public:
     void run() {
         makeSquares();
         const int mips = source_.info_.scheme.mipCount();
+        for (int mip = 0; mip <= mips; ++mip) {
+            toFinest_.push_back(hillsError(finest_ + mip, finest_) + kRounding);
+            toNext_.push_back(hillsError(finest_ + mip + 1, finest_ + mip) + kRounding);
+        }
         for (int mip = 0; mip < mips; ++mip) {
             source_.bounds_.emplace_back(static_cast<size_t>(source_.info_.scheme.tileCount(mip)) *
                                          kTileBlocks * kTileBlocks);
@@ -192,12 +196,11 @@ private:
     /// Of mip m to the source's finest.
     double errorOf(int mip, const Range& inside, const Range& near) const {
         if (mip == 0) return 0;
-        const double hills = hillsError(finest_ + mip, finest_);
         const double low = static_cast<double>(near.low), high = static_cast<double>(near.high);
         const double clutter = finest_ == 0
                                    ? std::max(high / 2, static_cast<double>(inside.high) - low / 2)
                                    : (high - low) / 2;
-        return hills + clutter + kRounding;
+        return toFinest_[static_cast<size_t>(mip)] + clutter;
     }
 
     void setErrors(int mip, int64_t x, int64_t y) {
@@ -207,23 +210,22 @@ private:
         const double spread = static_cast<double>(near.high - near.low) / 2;
         BlockBounds& out = block(mip, x, y);
         out.errorToFinest = static_cast<float>(errorOf(mip, inside, near));
-        double next = hillsError(level + 1, level) + spread + kRounding;
+        const double hills = toNext_[static_cast<size_t>(mip)];
+        double next = hills + spread;
         if (mip == 0) next = errorOf(1, inside, near);
         if (mip == 0) next = std::max(next, errorOf(1, inside, near_[at + 1].at(x / 2, y / 2)));
         if (mip + 1 < source_.info_.scheme.mipCount()) {
             const Range& wide = near_[at + 1].at(x / 2, y / 2);
-            next = std::max(next, hillsError(level + 1, level) + kRounding +
-                                      static_cast<double>(wide.high - wide.low) / 2);
+            next = std::max(next, hills + static_cast<double>(wide.high - wide.low) / 2);
             out.errorToNext = static_cast<float>(next);
         }
         const double cell = std::exp2(level), finestCell = std::exp2(finest_);
         const double rise = finest_ == 0 && mip == 0 ? static_cast<double>(near.high) : spread;
         const double finestRise = finest_ == 0 ? static_cast<double>(near.high) : spread;
         out.maxSlope = static_cast<float>(
-            kDiagonal * (hillsSlope() + (rise + 2 * static_cast<double>(kHeightStep)) / cell));
+            kDiagonal * (slope_ + (rise + 2 * static_cast<double>(kHeightStep)) / cell));
         out.cellRange = static_cast<float>(
-            std::max(2 * hillsSlope() * cell + rise, 2 * hillsSlope() * finestCell + finestRise) +
-            kRounding);
+            std::max(2 * slope_ * cell + rise, 2 * slope_ * finestCell + finestRise) + kRounding);
         out.flags = kBlockFinestHasCells;
         out.minZ = INFINITY;
         out.maxZ = -INFINITY;
@@ -293,6 +295,8 @@ private:
 
     TerabyteSource& source_;
     int finest_;
+    double slope_ = hillsSlope();
+    std::vector<double> toFinest_, toNext_;  ///< of the hills, per mip
     std::vector<RangeGrid> squares_, near_;
 };
 
