@@ -17,7 +17,8 @@ namespace {
 
 constexpr std::chrono::milliseconds kPatience{100};   ///< between looks for Ctrl-C
 constexpr std::chrono::milliseconds kFirstDelay{40};  ///< until a tile is tried again
-constexpr int kMostDoublings = 10;                    ///< of that delay
+constexpr int kMostDoublings = 10;                    ///< of that delay: 41 s
+constexpr int kRemoteDoublings = 7;                   ///< 5 s: a server comes back
 constexpr int kAttempts = 3, kRemoteAttempts = 5;     ///< of who waits for a tile
 constexpr int kMostNamed = 20;                        ///< failures that are told one by one
 constexpr TileId kNoTile{-1, 0, 0};
@@ -30,6 +31,7 @@ Streamer::Streamer(const TileSource& source, ResidentTerrain::Pool& pool, int th
       usedAt_(pool.tiles.size(), 0),
       isKept_(pool.tiles.size(), 0),
       attempts_(source.isRemote() ? kRemoteAttempts : kAttempts),
+      mostDoublings_(source.isRemote() ? kRemoteDoublings : kMostDoublings),
       loader_(source, pool, threads) {
     for (auto slot = static_cast<uint32_t>(pool.tiles.size()); slot > 0; --slot) {
         free_.push_back(slot - 1);
@@ -178,7 +180,7 @@ void Streamer::fail(const TileJob& job, const Error& error) {
     ++figures_.failed;
     Failure& failure = failures_.try_emplace(number, Failure{error, 0, {}}).first->second;
     if (failure.attempts == 0) tell(error);
-    const auto delay = kFirstDelay * (1 << std::min(2 * failure.attempts, kMostDoublings));
+    const auto delay = kFirstDelay * (1 << std::min(2 * failure.attempts, mostDoublings_));
     failure.retryAt = std::chrono::steady_clock::now() + delay;
     failure.error = error;
     ++failure.attempts;

@@ -67,8 +67,9 @@ private:
     std::vector<uint8_t> isKept_;                     ///< per slot
     std::unordered_map<uint32_t, Failure> failures_;  ///< by tile
     size_t room_ = 0;
-    int attempts_ = 0;  ///< at a tile of who waits for it
-    int named_ = 0;     ///< tiles whose failure was told
+    int attempts_ = 0;       ///< at a tile of who waits for it
+    int mostDoublings_ = 0;  ///< of the delay until a tile is tried again
+    int named_ = 0;          ///< tiles whose failure was told
     uint64_t now_ = 0;
     StreamFigures figures_;
     TileLoader loader_;  ///< last: its threads end before what they write to
