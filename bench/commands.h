@@ -17,6 +17,8 @@ void addDevice(CLI::App& program, Job& job);
 void addShadows(CLI::App& program, Job& job);
 void addExactness(CLI::App& program, Job& job);
 void addLatency(CLI::App& program, Job& job);
+void addTerabyte(CLI::App& program, Job& job);
+void addGrowth(CLI::App& program, Job& job);
 void addPeers(CLI::App& program, Job& job);
 
 }  // namespace terray::bench

@@ -2,9 +2,6 @@
 // `terray-bench kernel`: primary rays a second of the exact tracer, six cameras, one thread and
 // all.
 #include <fmt/format.h>
-#include <tbb/blocked_range.h>
-#include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
 
 #include <nlohmann/json.hpp>
 
@@ -23,26 +20,6 @@ struct KernelFigures {
     Timing times;
     TraceCounters counters;
 };
-
-/// One frame: ray set-up and tracing of every image tile, hits into a buffer of the thread.
-TraceCounters traceFrame(const Technique& technique, const TerrainCut& cut, const RayFrame& frame) {
-    const auto tiles = imageTiles(frame.camera().width, frame.camera().height);
-    struct Worker {
-        std::vector<Hit> hits;
-        TraceCounters counters;
-    };
-    tbb::enumerable_thread_specific<Worker> workers;
-    tbb::parallel_for(tbb::blocked_range<size_t>(0, tiles.size(), 1), [&](const auto& range) {
-        Worker& worker = workers.local();
-        for (size_t k = range.begin(); k < range.end(); ++k) {
-            worker.hits.resize(tiles[k].pixelCount());
-            technique.castTile(cut, frame, tiles[k], {0.5, 0.5}, worker.hits, worker.counters);
-        }
-    });
-    TraceCounters sum;
-    for (const Worker& worker : workers) addCounters(sum, worker.counters);
-    return sum;
-}
 
 KernelFigures measure(const Technique& technique, const TerrainCut& cut, const RayFrame& frame,
                       int threads, int reps) {

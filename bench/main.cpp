@@ -15,6 +15,8 @@ int main(int argc, char** argv) {
     terray::bench::addShadows(program, job);
     terray::bench::addExactness(program, job);
     terray::bench::addLatency(program, job);
+    terray::bench::addTerabyte(program, job);
+    terray::bench::addGrowth(program, job);
     terray::bench::addPeers(program, job);
     try {
         program.parse(argc, argv);

@@ -3,6 +3,9 @@
 #include "measure.h"
 
 #include <fmt/format.h>
+#include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -102,6 +105,25 @@ std::vector<ImageTile> imageTiles(int width, int height) {
             tiles.push_back(
                 {x, y, std::min(kTileWidth, width - x), std::min(kTileHeight, height - y)});
     return tiles;
+}
+
+TraceCounters traceFrame(const Technique& technique, const TerrainCut& cut, const RayFrame& frame) {
+    const auto tiles = imageTiles(frame.camera().width, frame.camera().height);
+    struct Worker {
+        std::vector<Hit> hits;
+        TraceCounters counters;
+    };
+    tbb::enumerable_thread_specific<Worker> workers;
+    tbb::parallel_for(tbb::blocked_range<size_t>(0, tiles.size(), 1), [&](const auto& range) {
+        Worker& worker = workers.local();
+        for (size_t k = range.begin(); k < range.end(); ++k) {
+            worker.hits.resize(tiles[k].pixelCount());
+            technique.castTile(cut, frame, tiles[k], {0.5, 0.5}, worker.hits, worker.counters);
+        }
+    });
+    TraceCounters sum;
+    for (const Worker& worker : workers) addCounters(sum, worker.counters);
+    return sum;
 }
 
 }  // namespace terray::bench

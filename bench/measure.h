@@ -11,6 +11,7 @@
 #include "scene.h"
 #include "stream/cut.h"
 #include "technique/technique.h"
+#include "view/ray_frame.h"
 
 namespace terray::bench {
 
@@ -41,5 +42,8 @@ Timing timeRuns(int threads, int reps, const std::function<void()>& job);
 
 /// The image tiles of a frame, row by row.
 std::vector<ImageTile> imageTiles(int width, int height);
+
+/// One frame: ray set-up and tracing of every image tile, hits into a buffer of the thread.
+TraceCounters traceFrame(const Technique& technique, const TerrainCut& cut, const RayFrame& frame);
 
 }  // namespace terray::bench

@@ -36,7 +36,7 @@ CLI::Option* addSwitch(CLI::App& command, const std::string& group, const std::s
 void SourceOptions::addTo(CLI::App& command) {
     command
         .add_option("SOURCE", source,
-                    "a DEM: any raster that GDAL reads, local or /vsicurl/; or a .terray store")
+                    "a DEM: any raster that GDAL reads, or a .terray store; a path or a URL")
         ->type_name("")
         ->required();
     addReadingTo(command, "the smaller of 2GiB and half of the RAM");

@@ -12,6 +12,14 @@ namespace {
 
 constexpr uint64_t kDefaultCacheBytes = 16u << 20;
 
+/// What a user has not set for GDAL: a server that says nothing for so many seconds, or next to
+/// nothing, has failed.
+constexpr const char* kNetworkDefaults[][2] = {
+    {"GDAL_HTTP_CONNECTTIMEOUT", "10"},   {"GDAL_HTTP_LOW_SPEED_TIME", "10"},
+    {"GDAL_HTTP_LOW_SPEED_LIMIT", "100"}, {"GDAL_HTTP_MAX_RETRY", "2"},
+    {"GDAL_HTTP_RETRY_DELAY", "1"},
+};
+
 std::mutex messageMutex;
 std::string lastMessage;  // of any thread: GDAL decodes blocks on threads of its own
 
@@ -34,6 +42,9 @@ void registerOnce() {
     std::call_once(once, [] {
         CPLSetErrorHandler(keepMessage);
         GDALAllRegister();
+        for (const auto& [option, value] : kNetworkDefaults) {
+            if (CPLGetConfigOption(option, nullptr) == nullptr) CPLSetConfigOption(option, value);
+        }
         GDALSetCacheMax64(static_cast<GIntBig>(kDefaultCacheBytes));
     });
 }

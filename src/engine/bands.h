@@ -33,7 +33,7 @@ struct BandFigures {
     double displayMs = 0;
     DeviceFigures device;     ///< castMs is wall-clock time, in addition to traceMs
     bool lostDevice = false;  ///< the CPU went on
-    uint64_t lateHits = 0;  ///< that miss the tolerance for want of a finer tile
+    uint64_t lateHits = 0;    ///< that miss the tolerance for want of a finer tile
 };
 
 /// Makes the bands from the top and hands each to `sink`, which runs beside the next band's work.

@@ -52,7 +52,8 @@ Result<void> finish(Terrain::State& state, const std::string& source, const Open
 Result<uint64_t> makeResident(Terrain::State& state, std::unique_ptr<Store> store,
                               const OpenOptions& options, uint64_t physical, bool hasPhoto) {
     const uint64_t required = ResidentTerrain::requiredBytes(store->info());
-    if (fitsWhole(required, options.memoryBytes, physical)) {
+    // Of a remote store only what is seen is read.
+    if (!store->isRemote() && fitsWhole(required, options.memoryBytes, physical)) {
         auto plan = planMemory(store->path(), required, options.memoryBytes, physical);
         if (!plan) return plan.error();
         auto resident = ResidentTerrain::build(*store, plan->budget, state.build);

@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "base/stopwatch.h"
+#include "dataset/remote.h"
 #include "raster/georeference.h"
 
 namespace terray {
@@ -32,7 +33,7 @@ DatasetHandle openDataset(const std::string& gdalName) {
 /// Why a name could not be opened, as one sentence.
 Error openError(const std::string& name) {
     VSIStatBufL status;
-    const bool exists = VSIStatL(name.c_str(), &status) == 0;
+    const bool exists = VSIStatL(gdalName(name).c_str(), &status) == 0;
     if (exists && VSI_ISDIR(status.st_mode)) {
         return makeError(ErrorCode::Input, "'{}' is a folder, not a raster; name a file in it",
                          name);
@@ -257,7 +258,8 @@ void noteColourPicture(GDALDataset& dataset, RasterHeader& header) {
 Result<OpenedRaster> openRaster(const std::string& name) {
     ensureGdal();
     clearGdalMessage();
-    OpenedRaster opened{openDataset(name), name};
+    const std::string path = gdalName(name);
+    OpenedRaster opened{openDataset(path), path};
     if (!opened.dataset) return openError(name);
     if (opened.dataset->GetRasterCount() > 0) return opened;
     const std::vector<std::string> parts = subdatasets(*opened.dataset);
@@ -287,7 +289,7 @@ Result<RasterHeader> readHeader(const std::string& name, const OpenOptions& opti
         TERRAY_TRY(checkEncoding(name, dataset, options.encoding));
     }
     RasterHeader header;
-    header.name = name;
+    header.name = shownName(name);
     header.gdalName = opened->gdalName;
     header.driver = dataset.GetDriverName();
     header.columns = dataset.GetRasterXSize();

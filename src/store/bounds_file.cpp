@@ -114,16 +114,23 @@ Result<EncodedFile> encodeBounds(const TerrainInfo& info, int mip,
     return file;
 }
 
-Result<std::vector<BlockBounds>> readBounds(const std::string& path, const TerrainInfo& info,
-                                            int mip) {
+Result<std::vector<BlockBounds>> readBounds(const std::string& name,
+                                            std::span<const std::byte> bytes,
+                                            const TerrainInfo& info, int mip) {
     ensureGdal();
     clearGdalMessage();
     const GdalScope scope;
+    struct MemoryFile {
+        std::string path = memoryFileName();
+        ~MemoryFile() { VSIUnlink(path.c_str()); }
+    } memory;
+    auto* data = reinterpret_cast<GByte*>(const_cast<std::byte*>(bytes.data()));
+    VSIFCloseL(VSIFileFromMemBuffer(memory.path.c_str(), data, bytes.size(), FALSE));
     static const char* const kDrivers[] = {"GTiff", nullptr};
     const DatasetHandle dataset(
-        GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_INTERNAL, kDrivers));
+        GDALDataset::Open(memory.path.c_str(), GDAL_OF_RASTER | GDAL_OF_INTERNAL, kDrivers));
     if (!dataset) {
-        return makeError(ErrorCode::Input, "'{}' cannot be opened: {}", path, gdalMessage());
+        return makeError(ErrorCode::Input, "'{}' cannot be opened: {}", name, gdalMessage());
     }
     const int width = boundsX(info.scheme, mip), height = boundsY(info.scheme, mip);
     if (dataset->GetRasterXSize() != width || dataset->GetRasterYSize() != height ||
@@ -131,7 +138,7 @@ Result<std::vector<BlockBounds>> readBounds(const std::string& path, const Terra
         return makeError(ErrorCode::Input,
                          "'{}' is not the bounds file that the store says: it should have {} x {} "
                          "pixels in {} bands",
-                         path, width, height, kBoundsBands);
+                         name, width, height, kBoundsBands);
     }
     std::vector<BlockBounds> bounds(static_cast<size_t>(int64_t{width} * height));
     std::vector<float> row(static_cast<size_t>(width));
@@ -140,7 +147,7 @@ Result<std::vector<BlockBounds>> readBounds(const std::string& path, const Terra
             if (dataset->GetRasterBand(band + 1)->RasterIO(GF_Read, 0, y, width, 1, row.data(),
                                                            width, 1, GDT_Float32, 0, 0,
                                                            nullptr) != CE_None) {
-                return makeError(ErrorCode::Input, "'{}' cannot be read: {}", path, gdalMessage());
+                return makeError(ErrorCode::Input, "'{}' cannot be read: {}", name, gdalMessage());
             }
             BlockBounds* out = bounds.data() + int64_t{y} * width;
             for (int x = 0; x < width; ++x) setValue(out[x], band, row[static_cast<size_t>(x)]);

@@ -20,8 +20,10 @@ inline int boundsY(const TilingScheme& scheme, int mip) { return scheme.tilesY(m
 Result<EncodedFile> encodeBounds(const TerrainInfo& info, int mip,
                                  std::span<const BlockBounds> bounds);
 
-/// Error Input if the file is not what the store says.
-Result<std::vector<BlockBounds>> readBounds(const std::string& path, const TerrainInfo& info,
-                                            int mip);
+/// Of the bytes of a bounds file; `name` is for the sentence. Error Input if it is not what the
+/// store says.
+Result<std::vector<BlockBounds>> readBounds(const std::string& name,
+                                            std::span<const std::byte> bytes,
+                                            const TerrainInfo& info, int mip);
 
 }  // namespace terray

@@ -61,6 +61,10 @@ public:
         std::memcpy(out, bytes_.data() + at_, size);
         at_ += size;
     }
+    void skip(size_t size) {
+        ok_ = ok_ && size <= left();
+        if (ok_) at_ += size;
+    }
 
 private:
     std::span<const std::byte> bytes_;

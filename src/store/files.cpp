@@ -2,7 +2,6 @@
 // Atomic replacement, appending and reading of a store's files.
 #include "store/files.h"
 
-#include <cpl_vsi.h>
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -10,7 +9,7 @@
 #include <cstring>
 #include <filesystem>
 
-#include "dataset/gdal_handle.h"
+#include "dataset/pieces.h"
 
 namespace terray {
 namespace {
@@ -114,26 +113,7 @@ Result<void> syncFolder(const FileCalls& calls, const std::string& path) {
 }
 
 Result<Bytes> readFile(const std::string& path, uint64_t maxBytes) {
-    ensureGdal();
-    clearGdalMessage();
-    VSIStatBufL stat;
-    if (VSIStatL(path.c_str(), &stat) != 0) {
-        return makeError(ErrorCode::Input, "'{}' does not exist or cannot be reached", path);
-    }
-    const auto size = static_cast<uint64_t>(stat.st_size);
-    if (size > maxBytes) {
-        return makeError(ErrorCode::Input, "'{}' has {} bytes, more than the {} that may be there",
-                         path, size, maxBytes);
-    }
-    const std::unique_ptr<VSILFILE, int (*)(VSILFILE*)> file(VSIFOpenL(path.c_str(), "rb"),
-                                                             VSIFCloseL);
-    Bytes bytes(size);
-    if (!file || VSIFReadL(bytes.data(), 1, size, file.get()) != size) {
-        const std::string reason = gdalMessage();
-        return makeError(ErrorCode::Input, "'{}' cannot be read{}{}", path,
-                         reason.empty() ? "" : ": ", reason);
-    }
-    return bytes;
+    return FilePieces().readAll(path, maxBytes);
 }
 
 }  // namespace terray

@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "dataset/gdal_handle.h"
+#include "dataset/remote.h"
 #include "store/bytes.h"
 #include "store/hashes.h"
 
@@ -23,12 +24,13 @@ constexpr float kNoHeight = 1e30f;  ///< numbers beyond are fill values, as in t
 Result<StoreSource> stateOf(const std::string& name) {
     ensureGdal();
     StoreSource state;
-    state.name = name;
+    state.name = shownName(name);
+    const std::string path = gdalName(name);
     VSIStatBufL stat;
-    if (VSIStatL(name.c_str(), &stat) != 0) return state;
+    if (VSIStatL(path.c_str(), &stat) != 0) return state;
     state.bytes = static_cast<uint64_t>(stat.st_size);
     state.modified = static_cast<int64_t>(stat.st_mtime);
-    const std::unique_ptr<VSILFILE, int (*)(VSILFILE*)> file(VSIFOpenL(name.c_str(), "rb"),
+    const std::unique_ptr<VSILFILE, int (*)(VSILFILE*)> file(VSIFOpenL(path.c_str(), "rb"),
                                                              VSIFCloseL);
     if (!file) return state;  // a folder
     Bytes header(kHeaderBytes);

@@ -5,6 +5,8 @@
 #include <algorithm>
 
 #include "base/assert.h"
+#include "dataset/pieces.h"
+#include "dataset/remote.h"
 
 namespace terray {
 namespace {
@@ -20,8 +22,8 @@ Result<PhotoShardFile*> StorePhotoReader::fileOf(ShardId shard) {
         files_.splice(files_.begin(), files_, found);
         return files_.front().second.get();
     }
-    const std::string folder = store_ + (store_.ends_with('/') ? "" : "/");
-    auto file = PhotoShardFile::open(folder + photoShardPath(shard), layer_, shard);
+    const std::string path = gdalName(fileIn(store_, photoShardPath(shard)));
+    auto file = PhotoShardFile::open(path, layer_, shard);
     if (!file) return file.error();
     files_.emplace_front(shard, std::move(*file));
     if (files_.size() > kOpenFiles) files_.pop_back();
@@ -41,6 +43,8 @@ Result<void> StorePhotoReader::read(int mip, int x, int y, uint8_t* rgba) {
         bytesRead_ += (*file)->bytesRead() - before;
     }
     if (done) return {};
+    files_.clear();
+    FilePieces().forget(fileIn(store_, photoShardPath({mip, x / kShardBlocks * kShardBlocks, y})));
     return makeError(done.error().code,
                      "block ({}, {}) of mip {} of the photo cannot be read: {}; `terray verify {}` "
                      "tells what is damaged",

@@ -9,6 +9,7 @@
 
 #include "base/assert.h"
 #include "dataset/gdal_handle.h"
+#include "dataset/remote.h"
 #include "store/bounds_file.h"
 #include "store/edges.h"
 #include "store/files.h"
@@ -22,19 +23,16 @@ namespace {
 constexpr uint64_t kMostManifestBytes = uint64_t{256} << 20;
 constexpr size_t kOpenShards = 4;  ///< of a reader
 
-std::string joined(const std::string& folder, const std::string& name) {
-    return folder + (folder.ends_with('/') ? "" : "/") + name;
-}
-
 bool exists(const std::string& path) {
     VSIStatBufL stat;
-    return VSIStatExL(path.c_str(), &stat, VSI_STAT_EXISTS_FLAG) == 0;
+    return VSIStatExL(gdalName(path).c_str(), &stat, VSI_STAT_EXISTS_FLAG) == 0;
 }
 
 /// confined.
 class StoreTileReader final : public TileReader {
 public:
-    explicit StoreTileReader(const Store& store) : store_(store), info_(store.info()) {}
+    explicit StoreTileReader(const Store& store)
+        : store_(store), info_(store.info()), reader_(store.files()) {}
 
     Result<void> read(TileId id, float* posts, ptrdiff_t stride) override {
         if (info_.format == PostFormat::Float32) return readTile(id, posts, stride, floats_);
@@ -49,18 +47,19 @@ public:
     Result<void> readCodes(TileId id, uint16_t* codes, ptrdiff_t stride) override {
         return readTile(id, codes, stride, codes_);
     }
-    uint64_t bytesRead() const override { return bytesRead_; }
+    uint64_t bytesRead() const override { return reader_.bytesRead() + bytesInPlace_; }
 
 private:
     template <class Post>
     Result<void> readTile(TileId id, Post* posts, ptrdiff_t stride, std::vector<Post>& scratch) {
         const Result<void> done = fill(id, posts, stride, scratch);
-        if (done) return {};
-        return makeError(
-            done.error().code,
-            "tile ({}, {}) of mip {} cannot be read: {}; `terray verify {}` tells what "
-            "is damaged",
-            id.x, id.y, id.mip, done.error().message, store_.path());
+        if (done || done.error().code == ErrorCode::Interrupted) return done;
+        const std::string advice =
+            store_.isRemote()
+                ? std::string("run again when the server is well")
+                : fmt::format("`terray verify {}` tells what is damaged", store_.path());
+        return makeError(done.error().code, "tile ({}, {}) of mip {} cannot be read: {}; {}", id.x,
+                         id.y, id.mip, done.error().message, advice);
     }
 
     template <class Post>
@@ -69,10 +68,14 @@ private:
         TERRAY_ASSERT(id.mip >= 0 && id.mip < scheme.mipCount());
         auto shard = shardOf({id.mip, id.x / kShardBlocks * kShardBlocks, id.y});
         if (!shard) return shard.error();
+        const OpenShard& open = **shard;
         scratch.resize(size_t{kBlockPosts} * kBlockPosts);
-        const uint64_t before = (*shard)->bytesRead();
-        TERRAY_TRY((*shard)->read(id.x, scratch.data()));
-        bytesRead_ += (*shard)->bytesRead() - before;
+        if (open.image) {
+            TERRAY_TRY(reader_.need(*open.image, static_cast<size_t>(id.x - open.id.x0)));
+        }
+        const uint64_t before = open.file->bytesRead();
+        TERRAY_TRY(open.file->read(id.x, scratch.data()));
+        if (!open.image) bytesInPlace_ += open.file->bytesRead() - before;
         const int cellsX = scheme.cellsX(id), cellsY = scheme.cellsY(id);
         const int width = std::min(cellsX + 1, kBlockPosts);
         const int height = std::min(cellsY + 1, kBlockPosts);
@@ -85,16 +88,10 @@ private:
 
     template <class Post>
     Result<void> fillEdges(TileId id, Post* posts, ptrdiff_t stride, std::vector<Post>& scratch) {
-        auto file = edgesOf(id.mip);
-        if (!file) return file.error();
-        const BlockRange range = edgeRange(info_, id);
         scratch.resize(kEdgePosts);
-        TERRAY_ASSERT(range.size == kEdgePosts * sizeof(Post));
-        if (VSIFSeekL(*file, range.offset, SEEK_SET) != 0 ||
-            VSIFReadL(scratch.data(), 1, range.size, *file) != range.size) {
-            return makeError(ErrorCode::Input, "'{}' is too short", edgesPath(id.mip));
-        }
-        bytesRead_ += range.size;
+        const auto record = static_cast<size_t>(tileIndex(info_.scheme, id));
+        TERRAY_TRY(
+            reader_.read(store_.edges(id.mip), record, std::as_writable_bytes(std::span(scratch))));
         const int cellsX = info_.scheme.cellsX(id), cellsY = info_.scheme.cellsY(id);
         if (cellsY == kTileCells) {
             std::copy_n(scratch.data(), cellsX + 1, posts + kTileCells * stride);
@@ -107,98 +104,146 @@ private:
         return {};
     }
 
-    Result<ShardFile*> shardOf(ShardId id) {
+    /// The image holds what has been read of the file, and lives longer; none of a source in place.
+    struct OpenShard {
+        ShardId id;
+        std::unique_ptr<FileImage> image;
+        std::unique_ptr<ShardFile> file;
+    };
+
+    Result<OpenShard*> shardOf(ShardId id) {
         const auto found = std::find_if(shards_.begin(), shards_.end(),
-                                        [&](const auto& open) { return open.first == id; });
+                                        [&](const OpenShard& open) { return open.id == id; });
         if (found != shards_.end()) {
             shards_.splice(shards_.begin(), shards_, found);
-            return shards_.front().second.get();
+            return &shards_.front();
         }
-        auto file = openShard(store_.path(), store_.manifest(), id);
+        OpenShard open{id, nullptr, nullptr};
+        if (id.mip > 0 || !store_.manifest().inPlace) {
+            auto image = reader_.open(shardPath(id));
+            if (!image) return image.error();
+            open.image = std::move(*image);
+        }
+        auto file = open.image ? ShardFile::open(open.image->path(), info_, id)
+                               : openShard(store_.files().folder(), store_.manifest(), id);
         if (!file) return file.error();
-        shards_.emplace_front(id, std::move(*file));
+        open.file = std::move(*file);
+        shards_.push_front(std::move(open));
         if (shards_.size() > kOpenShards) shards_.pop_back();
-        return shards_.front().second.get();
+        return &shards_.front();
     }
 
-    Result<VSILFILE*> edgesOf(int mip) {
-        if (edges_ && edgesMip_ == mip) return edges_.get();
-        clearGdalMessage();
-        const std::string path = joined(store_.path(), edgesPath(mip));
-        edges_.reset(VSIFOpenL(path.c_str(), "rb"));
-        edgesMip_ = mip;
-        const Bytes expected = encodeEdgeHeader(info_, mip);
-        Bytes header(expected.size());
-        if (!edges_ || VSIFReadL(header.data(), 1, header.size(), edges_.get()) != header.size() ||
-            header != expected) {
-            edges_.reset();
-            return makeError(ErrorCode::Input, "'{}' is missing or damaged", path);
-        }
-        return edges_.get();
-    }
-
-    struct Close {
-        void operator()(VSILFILE* file) const { VSIFCloseL(file); }
-    };
     const Store& store_;
     const TerrainInfo& info_;
-    std::list<std::pair<ShardId, std::unique_ptr<ShardFile>>> shards_;  ///< last used first
-    std::unique_ptr<VSILFILE, Close> edges_;
-    int edgesMip_ = -1;
-    uint64_t bytesRead_ = 0;
+    CheckedReader reader_;
+    uint64_t bytesInPlace_ = 0;    ///< read of the source itself
+    std::list<OpenShard> shards_;  ///< last used first
     std::vector<float> floats_;
     std::vector<uint16_t> codes_, tile_;
 };
+
+/// A folder or URL without what may follow its name.
+std::string bareName(const std::string& source) {
+    std::string name = source;
+    if (!httpUrl(source).empty()) name = name.substr(0, name.find('?'));
+    while (name.ends_with('/')) name.pop_back();
+    return name;
+}
+
+uint64_t boundsBytes(const TilingScheme& scheme) {
+    double bytes = 0;
+    for (int mip = 0; mip < scheme.mipCount(); ++mip) {
+        bytes += static_cast<double>(scheme.tilesX(mip)) * scheme.tilesY(mip) *
+                 (kTileBlocks * kTileBlocks * sizeof(BlockBounds));
+    }
+    return static_cast<uint64_t>(std::min(bytes, 0x1p63));
+}
+
+Result<StoreManifest> readManifest(const std::string& path, FilePieces& pieces) {
+    const std::string manifestPath = fileIn(path, kManifestName);
+    if (!isRemote(path) && !exists(manifestPath)) {
+        return makeError(ErrorCode::Input,
+                         "'{}' is not a store: it has no {}; `terray bake` makes one", path,
+                         kManifestName);
+    }
+    const auto bytes = pieces.readAll(manifestPath, kMostManifestBytes);
+    if (!bytes) {
+        if (bytes.error().code == ErrorCode::Interrupted || !isRemote(path)) return bytes.error();
+        return makeError(
+            ErrorCode::Input,
+            "'{}' is not a store or out of reach now: {}; check the URL, then run again",
+            shownName(path), bytes.error().message);
+    }
+    auto manifest = parseManifest(shownName(manifestPath),
+                                  {reinterpret_cast<const char*>(bytes->data()), bytes->size()});
+    if (!manifest) pieces.forget(manifestPath);
+    return manifest;
+}
 
 }  // namespace
 
 bool isStore(const std::string& source) {
     ensureGdal();
-    std::string name = source;
-    while (name.ends_with('/')) name.pop_back();
+    const std::string name = bareName(source);
     if (name.ends_with(".terray")) return true;
-    return !name.starts_with("/vsi") && exists(joined(source, kManifestName));
+    return !isRemote(name) && !name.starts_with("/vsi") && exists(fileIn(name, kManifestName));
 }
 
 Result<std::unique_ptr<Store>> Store::open(const std::string& path, uint64_t maxBytes) {
     ensureGdal();
-    const std::string manifestPath = joined(path, kManifestName);
-    if (!exists(manifestPath)) {
-        return makeError(ErrorCode::Input,
-                         "'{}' is not a store: it has no {}; `terray bake` makes one", path,
-                         kManifestName);
-    }
-    const auto bytes = readFile(manifestPath, kMostManifestBytes);
-    if (!bytes) return bytes.error();
-    auto manifest =
-        parseManifest(manifestPath, {reinterpret_cast<const char*>(bytes->data()), bytes->size()});
+    FilePieces pieces;
+    auto manifest = readManifest(path, pieces);
     if (!manifest) return manifest.error();
     std::unique_ptr<Store> store(new Store);
-    store->path_ = path;
+    store->path_ = shownName(path);
+    store->isRemote_ = terray::isRemote(path);
     store->manifest_ = std::move(*manifest);
-    store->manifest_.info.name = path;
+    store->manifest_.info.name = store->path_;
     if (const auto& source = store->manifest_.inPlace) {
+        if (store->isRemote_) {
+            return makeError(ErrorCode::Input,
+                             "'{}' uses '{}' in place, which is out of reach over the network; "
+                             "bake it without --in-place",
+                             store->path_, source->path);
+        }
         TERRAY_TRY(checkInPlace(*source, store->manifest_.sources[0], path));
     }
-    const TerrainInfo& info = store->info();
-    const TilingScheme& scheme = info.scheme;
-    double boundsBytes = 0;
-    for (int mip = 0; mip < scheme.mipCount(); ++mip) {
-        boundsBytes += static_cast<double>(scheme.tilesX(mip)) * scheme.tilesY(mip) *
-                       (kTileBlocks * kTileBlocks * sizeof(BlockBounds));
-    }
-    if (boundsBytes > static_cast<double>(maxBytes)) {
+    auto files = StoreFiles::open(path, pieces, store->manifest_.hashes);
+    if (!files) return files.error();
+    store->files_ = std::move(*files);
+    const TilingScheme& scheme = store->info().scheme;
+    const uint64_t needed = boundsBytes(scheme);
+    if (needed > maxBytes) {
         return makeError(ErrorCode::Input,
                          "the bounds of '{}' need {:.2f} GiB of memory, but only {:.2f} GiB may be "
                          "used; raise --memory",
-                         path, boundsBytes / 0x1p30, static_cast<double>(maxBytes) / 0x1p30);
+                         store->path_, static_cast<double>(needed) / 0x1p30,
+                         static_cast<double>(maxBytes) / 0x1p30);
     }
-    for (int mip = 0; mip < info.scheme.mipCount(); ++mip) {
-        auto bounds = readBounds(joined(path, boundsPath(mip)), info, mip);
-        if (!bounds) return bounds.error();
-        store->bounds_.push_back(std::move(*bounds));
+    TERRAY_TRY(store->readAllBounds());
+    for (int mip = 0; mip < scheme.mipCount(); ++mip) {
+        auto edges = store->files_->hashesOf(edgesPath(mip));
+        if (!edges) return edges.error();
+        const bool isWhole = edges->blocks == edgeRanges(store->info(), mip);
+        if (!isWhole) {
+            return makeError(ErrorCode::Input, "'{}' does not fit to {}; bake it again",
+                             store->path_, kManifestName);
+        }
+        store->edges_.push_back(std::move(*edges));
     }
     return store;
+}
+
+Result<void> Store::readAllBounds() {
+    CheckedReader reader(*files_);
+    for (int mip = 0; mip < info().scheme.mipCount(); ++mip) {
+        auto bytes = reader.readAll(boundsPath(mip));
+        if (!bytes) return bytes.error();
+        auto bounds = readBounds(boundsPath(mip), *bytes, info(), mip);
+        if (!bounds) return bounds.error();
+        bounds_.push_back(std::move(*bounds));
+    }
+    return {};
 }
 
 Result<std::unique_ptr<TileReader>> Store::makeReader() const {

@@ -8,6 +8,7 @@
 
 #include "base/progress.h"
 #include "base/workers.h"
+#include "dataset/remote.h"
 #include "store/files.h"
 #include "store/format.h"
 #include "store/hashes.h"
@@ -78,18 +79,18 @@ bool areOfOneStore(const StoreManifest& manifest, const std::vector<FileHashes>&
 }  // namespace
 
 Result<StoreCheck> checkStore(const std::string& path) {
-    const std::string folder = path + (path.ends_with('/') ? "" : "/");
     StoreCheck check;
-    const auto text = readFile(folder + kManifestName, kMostBytes);
+    const auto text = readFile(fileIn(path, kManifestName), kMostBytes);
     if (!text) {
-        return makeError(ErrorCode::Input, "'{}' is not a store: {}", path, text.error().message);
+        return makeError(ErrorCode::Input, "'{}' is not a store: {}", shownName(path),
+                         text.error().message);
     }
     check.files = 2;
     check.bytes = text->size();
     const auto manifest =
         parseManifest(kManifestName, {reinterpret_cast<const char*>(text->data()), text->size()});
     if (!manifest) check.damage.push_back(manifest.error().message);
-    const auto hashBytes = readFile(folder + kHashesName, kMostBytes);
+    const auto hashBytes = readFile(fileIn(path, kHashesName), kMostBytes);
     auto hashes = hashBytes ? decodeHashes(kHashesName, *hashBytes)
                             : Result<std::vector<FileHashes>>(hashBytes.error());
     if (!hashes) {
@@ -114,7 +115,7 @@ Result<StoreCheck> checkStore(const std::string& path) {
     const auto compare = [&](int&, int64_t task) -> Result<void> {
         const auto k = static_cast<size_t>(task);
         const FileHashes& file = (*hashes)[k];
-        const auto bytes = readFile(folder + file.path, kMostBytes);
+        const auto bytes = readFile(fileIn(path, file.path), kMostBytes);
         found[k] = bytes ? describe(file, compareFile(file, *bytes), scheme, photo)
                          : std::vector<std::string>{file.path + ": is missing or cannot be read"};
         progress.advance();

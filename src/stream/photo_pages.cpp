@@ -96,7 +96,7 @@ Result<std::unique_ptr<ResidentPhoto>> ResidentPhoto::open(std::unique_ptr<Photo
     ResidentPhoto* const self = photo.get();
     SlotHooks hooks{[self](uint32_t slot, uint32_t number) { self->holders_[slot] = number; },
                     [self](uint32_t slot) { self->holders_[slot] = kNoSlot; },
-                    [](std::span<const uint32_t>) {}, "block"};
+                    [](std::span<const uint32_t>) {}, [] {}, "block"};
     const MakeFiller makeFiller = [self]() -> Result<std::unique_ptr<SlotFiller>> {
         auto reader = self->source_->makeReader();
         if (!reader) return reader.error();

@@ -17,6 +17,7 @@ namespace {
 constexpr double kGiB = 1 << 30;
 constexpr double kMostSlots = static_cast<double>(kLargestPoolBytes) / (kSlotPosts * sizeof(float));
 constexpr double kLeastRoom = 16;       ///< tiles of a frame, beside those that stay
+constexpr int kRemoteThreads = 8;       ///< that read
 constexpr double kWorkBytes = 8 << 20;  ///< windows that are worked on, per terrain
 
 Result<void> checkSize(const TerrainInfo& info, uint64_t memoryBytes) {
@@ -107,7 +108,9 @@ Result<std::unique_ptr<ResidentTerrain>> ResidentTerrain::stream(std::unique_ptr
     const TerrainInfo& info = source->info();
     const double perSlot = poolSizes(info, 1).total() - poolSizes(info, 0).total();
     const double left = static_cast<double>(poolBytes) - poolSizes(info, 0).total();
-    const double most = std::min(std::floor(std::max(left, 0.0) / perSlot), kMostSlots);
+    // More slots than tiles are of no use; as many would pass for a whole terrain.
+    const double most = std::min({std::floor(std::max(left, 0.0) / perSlot), kMostSlots,
+                                  poolSizes(info).slots + kLeastRoom});
     double kept = 0;
     for (int mip = firstKept; mip < info.scheme.mipCount(); ++mip) {
         kept += static_cast<double>(info.scheme.tileCount(mip));
@@ -127,7 +130,8 @@ Result<std::unique_ptr<ResidentTerrain>> ResidentTerrain::stream(std::unique_ptr
     terrain->pool_->firstKept = firstKept;
     terrain->pool_->takeBlocks(*source);
     source->dropBounds();
-    auto streamer = Streamer::make(*source, *terrain->pool_, loaderThreads());
+    const int threads = source->isRemote() ? kRemoteThreads : loaderThreads();
+    auto streamer = Streamer::make(*source, *terrain->pool_, threads);
     if (!streamer) return streamer.error();
     terrain->streamer_ = std::move(*streamer);
     stats.loadMs = loading.elapsedMs();

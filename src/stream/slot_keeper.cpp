@@ -15,10 +15,9 @@
 namespace terray {
 namespace {
 
-constexpr std::chrono::milliseconds kPatience{100};   ///< between looks for Ctrl-C
+constexpr std::chrono::milliseconds kLook{100};       ///< between looks for Ctrl-C
 constexpr std::chrono::milliseconds kFirstDelay{40};  ///< until something is tried again
-constexpr int kMostDoublings = 10;                    ///< of that delay
-constexpr int kAttempts = 3;                          ///< of who waits for it
+constexpr int kMostNamed = 20;                        ///< failures that are told one by one
 
 constexpr double kLeastMs = 0.001, kBinWidth = 0.04;  ///< of the logarithm
 
@@ -40,17 +39,20 @@ double LatencyFigures::quantile(double share) const {
 }
 
 SlotKeeper::SlotKeeper(std::vector<uint32_t>& table, uint32_t slots, SlotHooks hooks,
-                       MakeFiller makeFiller, int threads)
+                       MakeFiller makeFiller, int threads, Patience patience)
     : table_(table),
       hooks_(std::move(hooks)),
       states_(table.size(), State::Absent),
       holders_(slots, kNoSlot),
       usedAt_(slots, 0),
       isKept_(slots, 0),
+      patience_(patience),
       room_(slots),
       loader_(std::move(makeFiller), threads) {
     for (uint32_t slot = slots; slot > 0; --slot) free_.push_back(slot - 1);
 }
+
+SlotKeeper::~SlotKeeper() { hooks_.stop(); }
 
 void SlotKeeper::keep(std::span<const uint32_t> numbers) {
     for (const uint32_t number : numbers) {
@@ -125,7 +127,7 @@ bool SlotKeeper::mayAsk(uint32_t number) const {
 bool SlotKeeper::isWorthWaiting(uint32_t number) const {
     if (table_[number] != kNoSlot) return false;
     const auto failure = failures_.find(number);
-    return failure == failures_.end() || failure->second.attempts < kAttempts;
+    return failure == failures_.end() || failure->second.attempts < patience_.attempts;
 }
 
 Result<void> SlotKeeper::bring(std::span<const uint32_t> wanted) {
@@ -137,7 +139,7 @@ Result<void> SlotKeeper::bring(std::span<const uint32_t> wanted) {
     };
     while (isWaiting()) {
         if (isInterrupted()) return makeError(ErrorCode::Interrupted, "interrupted");
-        show(loader_.take(kPatience));
+        show(loader_.take(kLook));
         if (!failures_.empty()) std::this_thread::sleep_for(kFirstDelay / 4);
         const size_t before = left;
         left = update(wanted);
@@ -169,15 +171,22 @@ void SlotKeeper::show(const std::vector<FilledSlot>& filled) {
     if (!shown.empty()) hooks_.show(shown);
 }
 
+void SlotKeeper::tell(const Error& error) {
+    if (error.code == ErrorCode::Interrupted) return;
+    ++named_;
+    if (named_ > kMostNamed) return;
+    log::warning("{} (a coarser {} stands in{})", error.message, hooks_.thing,
+                 named_ < kMostNamed ? "" : "; more of them are not told");
+}
+
 /// Tried again later and later; named once.
 void SlotKeeper::fail(const SlotJob& job, const Error& error) {
     states_[job.number] = State::Absent;
     release(job.slot);
     ++figures_.failed;
     Failure& failure = failures_.try_emplace(job.number, Failure{error, 0, {}}).first->second;
-    if (failure.attempts == 0)
-        log::warning("{} (a coarser {} stands in)", error.message, hooks_.thing);
-    const auto delay = kFirstDelay * (1 << std::min(2 * failure.attempts, kMostDoublings));
+    if (failure.attempts == 0) tell(error);
+    const auto delay = kFirstDelay * (1 << std::min(2 * failure.attempts, patience_.doublings));
     failure.retryAt = std::chrono::steady_clock::now() + delay;
     failure.error = error;
     ++failure.attempts;

@@ -34,12 +34,21 @@ struct StreamFigures {
     LatencyFigures latency;  ///< from the first request to the filled slot
 };
 
+/// How long somebody tries to have what cannot be read.
+struct Patience {
+    int attempts = 3;    ///< of who waits for it
+    int doublings = 10;  ///< of the delay of 40 ms until the next one: 41 s
+};
+/// Of a server, which comes back: 5 s at the most between attempts.
+constexpr Patience kPatienceWithServers{5, 7};
+
 /// What a pool has to do when slots change hands. None may be empty.
 struct SlotHooks {
     std::function<void(uint32_t slot, uint32_t number)> give;     ///< before it is filled
     std::function<void(uint32_t slot)> takeAway;                  ///< nothing is in it any more
     std::function<void(std::span<const uint32_t> numbers)> show;  ///< these are in the table now
-    std::string thing;                                            ///< for messages: "tile"
+    std::function<void()> stop;  ///< at the end: nobody waits for what is being read
+    std::string thing;           ///< for messages: "tile"
 };
 
 /// Changes the page table, so nobody may read that while it is called. confined.
@@ -47,7 +56,11 @@ class SlotKeeper {
 public:
     /// `table`: the pool's slot of each number, kNoSlot for what is not there. Borrowed.
     SlotKeeper(std::vector<uint32_t>& table, uint32_t slots, SlotHooks hooks, MakeFiller makeFiller,
-               int threads);
+               int threads, Patience patience = {});
+    /// Stops the source, and waits for what is being filled.
+    ~SlotKeeper();
+    SlotKeeper(const SlotKeeper&) = delete;
+    SlotKeeper& operator=(const SlotKeeper&) = delete;
 
     /// Slots for what comes and goes.
     size_t room() const { return room_; }
@@ -75,6 +88,7 @@ private:
     void takeBackJobs();
     void show(const std::vector<FilledSlot>& filled);
     void fail(const SlotJob& job, const Error& error);
+    void tell(const Error& error);
     void release(uint32_t slot);
     bool mayAsk(uint32_t number) const;
     bool isWorthWaiting(uint32_t number) const;
@@ -90,6 +104,8 @@ private:
     std::vector<uint32_t> free_;     ///< slots
     std::unordered_map<uint32_t, Failure> failures_;       ///< by number
     std::unordered_map<uint32_t, SteadyTime> askedSince_;  ///< of jobs that were taken back
+    Patience patience_;
+    int named_ = 0;  ///< whose failure was told
     size_t room_ = 0;
     uint64_t now_ = 0;  ///< rank of what is wanted; what is wanted soon has the one before
     StreamFigures figures_;

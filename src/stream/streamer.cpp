@@ -54,16 +54,18 @@ MakeFiller tileFillers(const TileSource& source, ResidentTerrain::Pool& pool) {
 
 }  // namespace
 
-SlotHooks Streamer::hooks() {
+SlotHooks Streamer::hooks(const TileSource& source) {
     return {[this](uint32_t slot, uint32_t number) { pool_.assign(slot, pool_.tileOf(number)); },
             [this](uint32_t slot) { pool_.ids[slot] = kNoTile; },
-            [this](std::span<const uint32_t> numbers) { makeRims(numbers); }, "tile"};
+            [this](std::span<const uint32_t> numbers) { makeRims(numbers); },
+            [&source] { source.stopReading(); }, "tile"};
 }
 
 Streamer::Streamer(const TileSource& source, ResidentTerrain::Pool& pool, int threads)
     : pool_(pool),
-      keeper_(pool.slots, static_cast<uint32_t>(pool.tiles.size()), hooks(),
-              tileFillers(source, pool), threads) {}
+      keeper_(pool.slots, static_cast<uint32_t>(pool.tiles.size()), hooks(source),
+              tileFillers(source, pool), threads,
+              source.isRemote() ? kPatienceWithServers : Patience{}) {}
 
 Result<std::unique_ptr<Streamer>> Streamer::make(const TileSource& source,
                                                  ResidentTerrain::Pool& pool, int threads) {

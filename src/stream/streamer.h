@@ -41,7 +41,7 @@ public:
 
 private:
     Streamer(const TileSource& source, ResidentTerrain::Pool& pool, int threads);
-    SlotHooks hooks();
+    SlotHooks hooks(const TileSource& source);
     void makeRims(std::span<const uint32_t> shown);
     std::vector<uint32_t> numbersOf(std::span<const TileId> tiles) const;
 

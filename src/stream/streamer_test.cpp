@@ -51,6 +51,7 @@ public:
     Result<std::unique_ptr<TileReader>> makeReader() const override {
         return std::unique_ptr<TileReader>(new Reader(*this));
     }
+    void stopReading() const override { troubles_->isHeld = false; }
 
 private:
     class Reader final : public TileReader {
@@ -264,6 +265,19 @@ TEST(Streamer, BrokenTilesAreTriedAgainAndThenNamed) {
     pair.troubles->failures = 0;
     while (streamer.update(other) > 0) std::this_thread::yield();  // recovers by itself
     EXPECT_NE(pair.streamed->slotOf({0, 2, 2}), kNoSlot);
+}
+
+TEST(Streamer, EndsWhileReadsHang) {
+    const test::ArraySource source(1500, 1500, PostFormat::Float32, test::hills(5, false));
+    Pair pair(source, 1, 40);
+    ASSERT_NE(pair.streamed, nullptr);
+    pair.troubles->isHeld = true;
+    const int before = pair.troubles->reads;
+    const std::vector<TileId> wanted{{0, 1, 1}};
+    EXPECT_EQ(pair.streamed->streamer()->update(wanted), 1u);
+    while (pair.troubles->reads == before) std::this_thread::yield();
+    pair.streamed.reset();
+    EXPECT_FALSE(pair.troubles->isHeld);
 }
 
 TEST(Streamer, AFlightNeverHoldsMoreThanItsSlotsNorLosesOne) {

@@ -43,6 +43,11 @@ public:
             id.mip)[row * width + static_cast<size_t>(id.x) * kTileBlocks + static_cast<size_t>(x)];
     }
     virtual Result<std::unique_ptr<TileReader>> makeReader() const = 0;
+    /// Reading waits for a network rather than for work: many readers help, and patience.
+    virtual bool isRemote() const { return false; }
+    /// Nobody waits any more: reads that are under way should end, if they can, and later ones
+    /// fail.
+    virtual void stopReading() const {}
 };
 
 }  // namespace terray
