@@ -4,46 +4,43 @@
 // SIMD lane.
 #pragma once
 
-#include <array>
 #include <cstdint>
 
 #include "kernel/layout/layout.h"
+#include "kernel/ray_terms.h"
 
 namespace terray {
 
 constexpr int kMarchColumns = 256;
+constexpr int kMarchRows = 16;          ///< of a chunk: rows that share anchors
+constexpr int kMarchGroupColumns = 16;  ///< columns that share an anchor
 
-/// What makes a ray, each a sum of a part of its column and a part of its row. w is the parameter
-/// that all rays of a picture share (RayFrame::PencilRay).
-enum RayTerm {
-    kTermX,  ///< place at w = 0, lattice
-    kTermY,
-    kTermZ,   ///< true metres
-    kTermDx,  ///< change of place per w
-    kTermDy,
-    kTermDz,
-    kTermLength2,   ///< square of metres in picture space per w
-    kTermForward0,  ///< metres ahead at w = 0, horizontally: see MarchTile::forward
-    kTermForward,   ///< metres ahead per w
-    kTermCount
-};
-using RayTerms = std::array<double, kTermCount>;
-
-/// The columns of an image tile, relative to an anchor on its middle ray at w = w0. Heights are
-/// relative to anchorZ.
-struct alignas(64) MarchTile {
-    float columns[kTermCount][kMarchColumns];
-    double anchorX = 0, anchorY = 0;  ///< whole numbers
-    double anchorZ = 0, w0 = 0;       ///< anchorZ is a float
-    double bend = 0;                  ///< of a level metre: c = (1 - k) / 2R
-    double exaggeration = 1;          ///< picture heights per true height
-    bool eyeOutside = false;          ///< some ray may begin outside the terrain's rectangle
-    float reach[kTermCount];          ///< largest |column part|
+/// Bounds of the float rays' errors: height0 + height1 |w| metres, and shift0 + shift1 |w| cells of
+/// mip 0.
+struct MarchErrors {
+    float height0, height1, shift0, shift1;
+    float rounding;  ///< of the posts
 };
 
-/// The part of a row, relative to the same anchor.
+/// Neighbouring columns in a chunk of rows, relative to an anchor near where their rays are
+/// expected to hit, at w = w0. Heights are relative to anchorZ. A ray is its column's part and its
+/// row's.
+struct alignas(64) MarchGroup {
+    float columns[kTermCount][kMarchGroupColumns];
+    float rows[kMarchRows][kTermCount];
+    int32_t anchorX = 0, anchorY = 0;
+    float anchorZ = 0, w0 = 0;
+    float bend = 0;           ///< of a level metre: c = (1 - k) / 2R
+    float exaggeration = 1;   ///< picture heights per true height
+    float span = 0;           ///< no ray stays longer in a cell of mip 0, w; 0: not known
+    bool eyeOutside = false;  ///< some ray may begin outside the terrain's rectangle
+    MarchErrors errors{};
+};
+constexpr int kMarchGroups = kMarchColumns / kMarchGroupColumns;
+
+/// A row of a chunk.
 struct MarchRow {
-    float terms[kTermCount];
+    int index = 0;  ///< in the chunk
     /// Columns aside, to the right, at which a ray looks for the rays of the row below between
     /// which it stands.
     int first = 0, last = 0;
@@ -60,6 +57,18 @@ enum MarchResult : int32_t {
     kMarchCell = 3,  ///< hits in this cell, but float arithmetic does not tell well enough where
 };
 
+enum MarchCalm : uint8_t { kNotCalm = 0, kCalm = 1, kCalmAnchored = 2 };
+
+/// The tile in which all lanes of a calm packet stand.
+struct MarchPlateau {
+    float inverse, size;  ///< mip-0 cells to its own, and back
+    int32_t x, y;         ///< its first cell from the anchor, own cells
+    int32_t endX, endY;   ///< its cells inside the terrain
+    int32_t slot, mip;
+    int32_t postsOffset, postsCode;  ///< as in MarchLanes
+    float postsZ, postsStep;
+};
+
 /// Lanes of one march, in and out.
 struct alignas(64) MarchLanes {
     // in
@@ -71,16 +80,23 @@ struct alignas(64) MarchLanes {
     int32_t result[kMarchColumns];  ///< MarchResult
     int32_t begun[kMarchColumns];   ///< not 0: the row below has told where to begin
     int32_t left[kMarchColumns];    ///< the columns that are neither hits nor misses (yet)
-    int32_t steps[kMarchColumns];   ///< cells; in: of the row below, a hint
+    int32_t steps[kMarchColumns];   ///< cells
     int32_t slot[kMarchColumns], cell[kMarchColumns];
     float t[kMarchColumns], u[kMarchColumns], v[kMarchColumns];
     float clear[kMarchColumns];  ///< distance up to which an undecided ray is above the surface
     // the tile in which the lane last stood; slot == kNoSlot: none
     int32_t tileX[kMarchColumns], tileY[kMarchColumns], mip[kMarchColumns];
     int32_t postsOffset[kMarchColumns];
-    /// 16-bit posts: z - anchorZ = postsZ + postsStep * (code - postsCode), all of them small.
+    /// 16-bit posts: z - the group's anchorZ = postsZ + postsStep * (code - postsCode), all of them
+    /// small.
     int32_t postsCode[kMarchColumns];
     float postsZ[kMarchColumns], postsStep[kMarchColumns];
+    /// By packet: whether all its lanes needed one cell in the row below, all of one tile, and that
+    /// tile.
+    uint8_t calm[kMarchColumns];  ///< MarchCalm
+    MarchPlateau plateaus[kMarchColumns];
+    /// By group of columns: a ray of the row below was traced by others.
+    bool disturbed[kMarchGroups];
     /// in: of a row below: metres ahead up to which its rays are above the surface; negative: not
     /// known. From column -kMarchReach to beyond the last by as many; aligned.
     const float* below = nullptr;
@@ -88,8 +104,8 @@ struct alignas(64) MarchLanes {
 
 /// Lanes that stand nowhere yet and know nothing.
 void resetLanes(MarchLanes& lanes);
-/// Tells the lanes of another tile.anchorZ.
-void anchorLanes(const TerrainCut& cut, double anchorZ, MarchLanes& lanes);
+/// Tells the lanes of other anchors.
+void anchorLanes(const TerrainCut& cut, const MarchGroup* groups, MarchLanes& lanes);
 
 /// What came of a row.
 struct MarchCounts {
@@ -100,7 +116,7 @@ struct MarchCounts {
 /// below between which they stand are both still above the surface. Not for constant surfaces. A
 /// hit is the ray's first for certain if below[] and limit[] are true. hits[k] is column k's,
 /// without kHitValid where there is none (yet); past[] tells of this row then.
-MarchCounts marchRow(const TerrainCut& cut, const MarchTile& tile, const MarchRow& row, int begin,
-                     int end, MarchLanes& lanes, Hit* hits);
+MarchCounts marchRow(const TerrainCut& cut, const MarchGroup* groups, const MarchRow& row,
+                     int begin, int end, MarchLanes& lanes, Hit* hits);
 
 }  // namespace terray

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <span>
 
-#include "kernel/columns.h"
 #include "kernel/layout/layout.h"
 #include "kernel/ray_batch.h"
+#include "kernel/ray_terms.h"
 #include "math/affine.h"
 #include "view/camera.h"
 

@@ -20,9 +20,10 @@ namespace simd {
 
 HWY_EXPORT(marchRowLanes);
 
-void anchorPosts(const TerrainCut& cut, double anchorZ, MarchLanes& m, int k) {
+void anchorPosts(const TerrainCut& cut, float anchor, MarchLanes& m, int k) {
     if (cut.format != 0) return;
     const TileDesc& tile = cut.tiles[m.slot[k]];
+    const auto anchorZ = static_cast<double>(anchor);
     const double z0 = static_cast<double>(tile.z0), step = static_cast<double>(tile.zStep);
     const double code = step > 0 ? std::clamp(std::round((anchorZ - z0) / step), -1e6, 1e6) : 0.0;
     m.postsCode[k] = static_cast<int32_t>(code);
@@ -30,7 +31,7 @@ void anchorPosts(const TerrainCut& cut, double anchorZ, MarchLanes& m, int k) {
     m.postsStep[k] = tile.zStep;
 }
 
-void enterMarchTiles(const TerrainCut& cut, double anchorZ, const int32_t* x, const int32_t* y,
+void enterMarchTiles(const TerrainCut& cut, float anchorZ, const int32_t* x, const int32_t* y,
                      const int32_t* which, int count, MarchLanes& m, int p) {
     for (int lane = 0; lane < count; ++lane) {
         if (which[lane] == 0) continue;
@@ -53,9 +54,9 @@ void enterMarchTiles(const TerrainCut& cut, double anchorZ, const int32_t* x, co
 }
 
 namespace {
-MarchCounts dispatchRow(const TerrainCut& cut, const MarchTile& tile, const MarchRow& row,
+MarchCounts dispatchRow(const TerrainCut& cut, const MarchGroup* groups, const MarchRow& row,
                         int begin, int end, MarchLanes& lanes, Hit* hits) {
-    return HWY_DYNAMIC_DISPATCH(marchRowLanes)(cut, tile, row, begin, end, lanes, hits);
+    return HWY_DYNAMIC_DISPATCH(marchRowLanes)(cut, groups, row, begin, end, lanes, hits);
 }
 }  // namespace
 
@@ -66,7 +67,9 @@ void resetLanes(MarchLanes& m) {
     std::fill_n(m.limit, kMarchColumns, 1e30f);
     std::fill_n(m.sure, kMarchColumns, -1.0f);
     std::fill_n(m.past, kMarchColumns, 0);
-    std::fill_n(m.steps, kMarchColumns, 1);
+    std::fill_n(m.steps, kMarchColumns, 0);
+    std::fill_n(m.calm, kMarchColumns, uint8_t{kNotCalm});
+    std::fill_n(m.disturbed, kMarchGroups, false);
     std::fill_n(m.slot, kMarchColumns, static_cast<int32_t>(kNoSlot));
     std::fill_n(m.tileX, kMarchColumns, -1);
     std::fill_n(m.tileY, kMarchColumns, -1);
@@ -78,11 +81,12 @@ void resetLanes(MarchLanes& m) {
     std::fill_n(m.clear, kMarchColumns, 0.0f);
 }
 
-void anchorLanes(const TerrainCut& cut, double anchorZ, MarchLanes& m) {
+void anchorLanes(const TerrainCut& cut, const MarchGroup* groups, MarchLanes& m) {
     for (int k = 0; k < kMarchColumns; ++k) {
+        m.calm[k] = std::min(m.calm[k], uint8_t{kCalm});
         if (static_cast<uint32_t>(m.slot[k]) == kNoSlot) continue;
-        if (k == 0 || m.slot[k] != m.slot[k - 1]) {
-            simd::anchorPosts(cut, anchorZ, m, k);
+        if (k % kMarchGroupColumns == 0 || m.slot[k] != m.slot[k - 1]) {
+            simd::anchorPosts(cut, groups[k / kMarchGroupColumns].anchorZ, m, k);
             continue;
         }
         m.postsCode[k] = m.postsCode[k - 1];
@@ -91,10 +95,10 @@ void anchorLanes(const TerrainCut& cut, double anchorZ, MarchLanes& m) {
     }
 }
 
-MarchCounts marchRow(const TerrainCut& cut, const MarchTile& tile, const MarchRow& row, int begin,
-                     int end, MarchLanes& lanes, Hit* hits) {
+MarchCounts marchRow(const TerrainCut& cut, const MarchGroup* groups, const MarchRow& row,
+                     int begin, int end, MarchLanes& lanes, Hit* hits) {
     TERRAY_ASSERT(begin >= 0 && end <= kMarchColumns && cut.surface != kSurfaceConstant);
-    return simd::dispatchRow(cut, tile, row, begin, end, lanes, hits);
+    return simd::dispatchRow(cut, groups, row, begin, end, lanes, hits);
 }
 
 }  // namespace terray

@@ -8,7 +8,7 @@ namespace terray::simd {
 
 /// Lanes [p, p + count) of which[] enter the tile that is drawn at (x, y); where none is, slot
 /// becomes kNoSlot.
-void enterMarchTiles(const TerrainCut& cut, double anchorZ, const int32_t* x, const int32_t* y,
+void enterMarchTiles(const TerrainCut& cut, float anchorZ, const int32_t* x, const int32_t* y,
                      const int32_t* which, int count, MarchLanes& lanes, int p);
 
 }  // namespace terray::simd

@@ -23,7 +23,7 @@ namespace terray::simd::HWY_NAMESPACE {
 
 /// Rays of one packet, relative to the tile's anchor; w counts from w0.
 struct ColumnRays {
-    VF x, y, z, dx, dy, dz, bend, inverseDx, inverseDy, length, forward0, forward;
+    VF x, y, z, dx, dy, dz, bend, inverseDx, inverseDy, length2, length, forward0, forward;
     VF wBegin;
 };
 
@@ -31,9 +31,12 @@ HWY_INLINE VF inverseOf(VF step) {
     return hn::IfThenElse(hn::Abs(step) < setF(1e-30f), setF(1e30f), setF(1.0f) / step);
 }
 
-/// Rays without their inverses.
-HWY_INLINE ColumnRays makeRays(const MarchTile& tile, const MarchRow& row, size_t p) {
-    const auto term = [&](RayTerm k) { return loadF(tile.columns[k] + p) + setF(row.terms[k]); };
+/// Rays without their inverses and lengths.
+HWY_INLINE ColumnRays makeRays(const MarchGroup& group, int row, size_t p) {
+    const size_t lane = p % kMarchGroupColumns;
+    const auto term = [&](RayTerm k) {
+        return loadF(group.columns[k] + lane) + setF(group.rows[row][k]);
+    };
     ColumnRays r;
     r.dx = term(kTermDx);
     r.dy = term(kTermDy);
@@ -41,56 +44,36 @@ HWY_INLINE ColumnRays makeRays(const MarchTile& tile, const MarchRow& row, size_
     r.x = term(kTermX);
     r.y = term(kTermY);
     r.z = term(kTermZ);
-    const VF length2 = term(kTermLength2);
-    r.length = hn::Sqrt(length2);
+    r.length2 = term(kTermLength2);
     r.forward0 = term(kTermForward0);
     r.forward = term(kTermForward);
-    const VF w0 = setF(static_cast<float>(tile.w0));
+    const VF w0 = setF(group.w0);
+    r.wBegin = hn::Neg(w0);
+    r.bend = hn::Zero(DF());
+    if (group.bend == 0) return r;
     // |d_h|^2 = length^2 - rise^2: the bend of a ray that covers so much level ground per w
-    const VF rise = r.dz * setF(static_cast<float>(tile.exaggeration));
-    const VF level = hn::Max(length2 - rise * rise, hn::Zero(DF()));
-    r.bend = level * setF(static_cast<float>(tile.bend));
+    const VF rise = r.dz * setF(group.exaggeration);
+    const VF level = hn::Max(r.length2 - rise * rise, hn::Zero(DF()));
+    r.bend = level * setF(group.bend);
     const VF turned = r.bend * w0;
     r.z = hn::MulAdd(turned, w0, r.z);
     r.dz = r.dz + (turned + turned);
-    r.wBegin = hn::Neg(w0);
     return r;
 }
 
 /// What a ray needs that goes from cell to cell.
-HWY_INLINE void addInverses(const TerrainCut& cut, const MarchTile& tile, ColumnRays& r) {
+HWY_INLINE void addInverses(const TerrainCut& cut, const MarchGroup& group, ColumnRays& r) {
+    r.length = hn::Sqrt(r.length2);
     r.inverseDx = inverseOf(r.dx);
     r.inverseDy = inverseOf(r.dy);
-    if (tile.eyeOutside) {
-        const VF left = setF(static_cast<float>(-tile.anchorX)) - r.x;
-        const VF top = setF(static_cast<float>(-tile.anchorY)) - r.y;
+    if (group.eyeOutside) {
+        const VF left = setF(static_cast<float>(-group.anchorX)) - r.x;
+        const VF top = setF(static_cast<float>(-group.anchorY)) - r.y;
         const VF ax = left * r.inverseDx, ay = top * r.inverseDy;
         const VF bx = hn::MulAdd(setF(static_cast<float>(cut.cellsX)), r.inverseDx, ax);
         const VF by = hn::MulAdd(setF(static_cast<float>(cut.cellsY)), r.inverseDy, ay);
         r.wBegin = hn::Max(r.wBegin, hn::Max(hn::Min(ax, bx), hn::Min(ay, by)));
     }
-}
-
-/// Bounds of the float rays' errors, the same for a whole packet: height0 + height1 |w| metres, and
-/// shift0 + shift1 |w| cells of mip 0.
-struct MarchErrors {
-    float height0, height1, shift0, shift1;
-    float rounding;  ///< of the posts
-};
-
-inline MarchErrors errorsOf(const TerrainCut& cut, const MarchTile& tile, const MarchRow& row) {
-    const auto reach = [&](RayTerm k) { return tile.reach[k] + std::fabs(row.terms[k]); };
-    const float w0 = static_cast<float>(tile.w0), bend = static_cast<float>(tile.bend);
-    const float turned = 2.0f * bend * std::fabs(w0) * reach(kTermLength2);
-    const float highest = std::max(std::fabs(cut.minZ), std::fabs(cut.maxZ));
-    MarchErrors e;
-    // A decoded post is rounded to half an ulp; here it is not.
-    e.rounding = 0x1.2p-24f * highest;
-    e.height0 = kFloatError * (reach(kTermZ) + turned * std::fabs(w0)) + e.rounding;
-    e.height1 = 2.0f * kFloatError * (reach(kTermDz) + turned);
-    e.shift0 = kFloatError * (1.0f + reach(kTermX) + reach(kTermY));
-    e.shift1 = kFloatError * (reach(kTermDx) + reach(kTermDy));
-    return e;
 }
 
 /// A lane's cell as its ray sees it.
@@ -180,7 +163,7 @@ HWY_INLINE VF errorIn(const MarchReach& k, const MarchErrors& e, float maxDelta)
 }
 
 template <bool kInt16, bool kTriangles>
-HWY_INLINE MarchCell lookAt(const TerrainCut& cut, const Pools& pools, const MarchTile& tile,
+HWY_INLINE MarchCell lookAt(const TerrainCut& cut, const Pools& pools, const MarchGroup& group,
                             const ColumnRays& r, const MarchErrors& e, const MarchLanes& m,
                             size_t p, VI x, VI y, VI mip, MI lanes) {
     const VI cellMask = setI(kSlotCells - 1);
@@ -190,8 +173,8 @@ HWY_INLINE MarchCell lookAt(const TerrainCut& cut, const Pools& pools, const Mar
                                                  loadF(m.postsZ + p), loadF(m.postsStep + p)},
                                                 cx, cy, lanes);
     MarchCell k;
-    const VI ax = setI(static_cast<int32_t>(tile.anchorX));
-    const VI ay = setI(static_cast<int32_t>(tile.anchorY));
+    const VI ax = setI(group.anchorX);
+    const VI ay = setI(group.anchorY);
     const VF inverse = hn::BitCast(DF(), hn::ShiftLeft<23>(setI(127) - mip));
     const VF size = hn::BitCast(DF(), hn::ShiftLeft<23>(setI(127) + mip));
     const VF left = hn::ConvertTo(DF(), shiftLeft(shiftRight(x, mip), mip) - ax) - r.x;
@@ -245,15 +228,15 @@ struct MarchStep {
     VI x, y;
     MI outside;
 };
-HWY_INLINE MarchStep nextCell(const TerrainCut& cut, const MarchTile& tile, const ColumnRays& r,
+HWY_INLINE MarchStep nextCell(const TerrainCut& cut, const MarchGroup& group, const ColumnRays& r,
                               const MarchCell& k, VI x, VI y, VI mip) {
     const VI one = setI(1), zero = hn::Zero(DI());
     const VI size = shiftLeft(one, mip), last = size - one;
     const VI x0 = hn::AndNot(last, x), y0 = hn::AndNot(last, y);
     const VI acrossX = select(maskI(r.dx >= hn::Zero(DF())), x0 + size, x0 - one);
     const VI acrossY = select(maskI(r.dy >= hn::Zero(DF())), y0 + size, y0 - one);
-    const VI ax = setI(static_cast<int32_t>(tile.anchorX));
-    const VI ay = setI(static_cast<int32_t>(tile.anchorY));
+    const VI ax = setI(group.anchorX);
+    const VI ay = setI(group.anchorY);
     MarchStep s;
     s.x = select(k.alongX, acrossX, cellAt(r.x, r.dx, k.wOut, ax, x0, last));
     s.y = select(k.alongX, cellAt(r.y, r.dy, k.wOut, ay, y0, last), acrossY);
@@ -289,12 +272,12 @@ HWY_INLINE MF isPlaced(const MarchRoot& root, VF slope, const ColumnRays& r, VF 
 
 /// Fixes the hits of a packet: where f goes through zero from above. Returns the lanes for which
 /// float arithmetic tells the distance well enough.
-HWY_INLINE MI fixHits(const MarchTile& tile, const ColumnRays& r, const MarchCell& k, MarchLanes& m,
-                      size_t p, MI hits, float rounding) {
+HWY_INLINE MI fixHits(const MarchGroup& group, const ColumnRays& r, const MarchCell& k,
+                      MarchLanes& m, size_t p, MI hits, float rounding) {
     const VF zero = hn::Zero(DF()), one = setF(1.0f);
     const MarchRoot root = rootOf(k.f0, k.slope, k.f2);
     const VF s = hn::Min(hn::Max(root.s, zero), k.wOut - k.wIn);
-    const VF w = k.wIn + (s + setF(static_cast<float>(tile.w0)));
+    const VF w = k.wIn + (s + setF(group.w0));
     const VF t = w * r.length;
     storeF(hits, t, m.t + p);
     storeF(hits, hn::Min(hn::Max(hn::MulAdd(k.du, s, k.u), zero), one), m.u + p);

@@ -40,7 +40,7 @@ void Marcher::turnTo(int side) {
         column[kTermForward0] *= side;
         column[kTermForward] *= side;
     }
-    middle_ = columns_[static_cast<size_t>(tile_.width / 2)];
+    tellColumns();
 }
 
 void Marcher::march() {
@@ -71,12 +71,12 @@ void Marcher::castRows(int first, int last) const {
 }
 
 void Marcher::marchRun(int first, int last) {
-    march_.eyeOutside = false;
+    eyeOutside_ = false;
     for (const int row : {first, last})
         for (const int c : {0, tile_.width - 1}) {
             const RayTerms ray = sumOf(columns_[static_cast<size_t>(c)], makeRow(row));
             const double x = ray[kTermX], y = ray[kTermY];
-            if (x < 0 || y < 0 || x > cut_.cellsX || y > cut_.cellsY) march_.eyeOutside = true;
+            if (x < 0 || y < 0 || x > cut_.cellsX || y > cut_.cellsY) eyeOutside_ = true;
         }
     forget();
     const auto whole =
@@ -131,59 +131,11 @@ bool Marcher::marchChunk(int first, int last, bool upwards) {
     for (int row = rowBelow(first), k = 0; row != last + step; row += step)
         rows_[static_cast<size_t>(k++)] = makeRow(row);
     for (auto& walk : sharp_) walk.reset();
-    placeTile(first);
+    placeGroups(first, std::abs(last - first) + 1);
     for (int group = 0; group * kGroupColumns < tile_.width; ++group) lookBeyond(group);
     traceEdges();
     for (int row = first; row != last + step; row += step) marchOneRow(row);
     return true;
-}
-
-/// Anchors the chunk near where its rays are expected to hit: float error grows from there.
-void Marcher::placeTile(int row) {
-    const RayTerms ray = sumOf(middle_, rowTerms(row));
-    float nearest = std::numeric_limits<float>::infinity();
-    for (int c = 0; c < tile_.width; ++c) {
-        const float below = known(1)[c];
-        if (below >= 0) nearest = std::min(nearest, below);
-    }
-    march_.w0 = 0;
-    if (std::isfinite(nearest)) {
-        const double w = (static_cast<double>(nearest) - ray[kTermForward0]) / ray[kTermForward];
-        march_.w0 = static_cast<double>(static_cast<float>(std::max(w, 0.0)));
-    }
-    march_.anchorX = std::floor(ray[kTermX] + march_.w0 * ray[kTermDx]);
-    march_.anchorY = std::floor(ray[kTermY] + march_.w0 * ray[kTermDy]);
-    const double z = ray[kTermZ] + march_.w0 * (ray[kTermDz] + rays_.bend() * march_.w0);
-    march_.anchorZ = static_cast<double>(static_cast<float>(
-        std::clamp<double>(z, static_cast<double>(cut_.minZ), static_cast<double>(cut_.maxZ))));
-    anchorLanes(cut_, march_.anchorZ, lanes_);
-    march_.bend = rays_.bend();
-    march_.exaggeration = rays_.exaggeration();
-    std::fill(std::begin(march_.reach), std::end(march_.reach), 0.0f);
-    for (size_t c = 0; c < kMarchColumns; ++c) {
-        RayTerms part;
-        for (size_t k = 0; k < part.size(); ++k) part[k] = columns_[c][k] - middle_[k];
-        part[kTermX] += march_.w0 * part[kTermDx];
-        part[kTermY] += march_.w0 * part[kTermDy];
-        part[kTermZ] += march_.w0 * part[kTermDz];
-        for (size_t k = 0; k < part.size(); ++k) {
-            const auto value = static_cast<float>(part[k]);
-            march_.columns[k][c] = value;
-            march_.reach[k] = std::max(march_.reach[k], std::fabs(value));
-        }
-    }
-}
-
-MarchRow Marcher::placeRow(const RayTerms& terms) const {
-    RayTerms part = sumOf(terms, middle_);
-    part[kTermX] += march_.w0 * part[kTermDx] - march_.anchorX;
-    part[kTermY] += march_.w0 * part[kTermDy] - march_.anchorY;
-    part[kTermZ] += march_.w0 * part[kTermDz] - march_.anchorZ;
-    MarchRow row;
-    for (size_t k = 0; k < part.size(); ++k) row.terms[k] = static_cast<float>(part[k]);
-    row.first = neighbours_.first;
-    row.last = neighbours_.last;
-    return row;
 }
 
 /// The bundle of the columns [begin, end) of some rows.
@@ -216,7 +168,7 @@ void Marcher::lookBeyond(int group) {
 /// Ground that is sharp enough to hide between two rays of a row and to reach up to the next row.
 bool Marcher::mayHideGround() const {
     if (neighbours_.first == 0 && neighbours_.last == 0) return false;
-    if (cut_.hasHoles != 0 || cut_.unlikeMips != 0 || march_.eyeOutside) return true;
+    if (cut_.hasHoles != 0 || cut_.unlikeMips != 0 || eyeOutside_) return true;
     const float farthest = greatestOf(lanes_.below, tile_.width);
     return static_cast<double>(cut_.maxSharpness) >=
            neighbours_.sharp.least(static_cast<double>(farthest));
@@ -269,8 +221,9 @@ void Marcher::marchOneRow(int row) {
     else
         std::fill_n(lanes_.limit, kMarchColumns, 1e30f);
     Hit* const hits = view_.turned ? turnedHits_.data() : &hitAt(row, 0);
-    const MarchCounts counts =
-        marchRow(cut_, march_, placeRow(terms), firstInner(), lastInner() + 1, lanes_, hits);
+    const MarchCounts counts = marchRow(
+        cut_, groups_.data(), {std::abs(row - chunkFirst_), neighbours_.first, neighbours_.last},
+        firstInner(), lastInner() + 1, lanes_, hits);
     if (view_.turned)
         for (int c = firstInner(); c <= lastInner(); ++c)
             hitAt(row, c) = turnedHits_[static_cast<size_t>(c)];

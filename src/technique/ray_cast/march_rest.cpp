@@ -129,6 +129,7 @@ void Marcher::trace(RayBatch& batch, const Loose& loose, int level) {
         const int c = loose.column[k], row = loose.row[k];
         const Hit& hit = hitAt(row, c) = found[k];
         lanes_.past[c] = !isHit(hit);
+        lanes_.disturbed[c / kGroupColumns] |= !isHit(hit);
         float& forward = forwardOf(c, row);
         forward = -1.0f;
         if (!batch.above[k]) continue;

@@ -19,8 +19,9 @@
 
 namespace terray {
 
-constexpr int kChunkRows = 16;  ///< rows that share an anchor and their checks for sharp ground
-constexpr int kGroupColumns = 16;
+constexpr int kChunkRows =
+    kMarchRows;  ///< rows that share an anchor and their checks for sharp ground
+constexpr int kGroupColumns = kMarchGroupColumns;
 /// A ray may begin where rays so many rows below it have hit: the farther below, the sharper the
 /// ground must be that could hide between them.
 constexpr int kMostRows = 4;
@@ -79,8 +80,10 @@ private:
     bool marchChunk(int first, int last, bool upwards);
     std::optional<Neighbours> chooseNeighbours(int top, int bottom);
     void marchOneRow(int row);
-    void placeTile(int row);
-    MarchRow placeRow(const RayTerms& terms) const;
+    void tellColumns();
+    void placeGroups(int first, int rows);
+    void placeGroup(int begin, int end, int first, int rows, float nearest);
+    float nearestKnown(int begin, int end, float otherwise);
     void lookBeyond(int group);
     bool mayHideGround() const;
     void limitBegins(int row, const RayTerms& terms);
@@ -140,9 +143,11 @@ private:
     const size_t stride_;
     TraceCounters& counters_;
     std::array<RayTerms, kMarchColumns> columns_;
-    RayTerms middle_{};
+    std::array<std::array<double, kMarchColumns>, kTermCount> columnTerms_;
+    RayTerms spread_{};
     // of the run
     int side_ = 1;  ///< -1: its rays look backwards
+    bool eyeOutside_ = false;
     Neighbours neighbours_;
     /// Metres ahead known of the last rows' rays, in turns.
     alignas(64) float known_[kMostRows + 1][kMarchPad + kMarchColumns + kMarchPad];
@@ -150,7 +155,7 @@ private:
     // of the chunk
     int chunkFirst_ = 0, chunkLast_ = 0;
     std::array<RayTerms, kChunkRows + kMostRows> rows_{};
-    MarchTile march_;
+    std::array<MarchGroup, kMarchGroups> groups_;
     MarchLanes lanes_;
     std::array<std::optional<BeamWalk>, kGroups> sharp_;
     /// Metres ahead known of edge columns, by row of the chunk.

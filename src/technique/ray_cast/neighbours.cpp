@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "kernel/columns.h"
+
 namespace terray {
 namespace {
 

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "kernel/beam.h"
-#include "kernel/columns.h"
+#include "kernel/ray_terms.h"
 #include "view/ray_frame.h"
 
 namespace terray {
