@@ -166,7 +166,7 @@ TEST(PhotoFilter, BlocksOfAPhotoGiveWhatTheWholeGives) {
 }
 
 TEST(PhotoFilter, ACoarserBlockStandsInForAMissingOne) {
-    const BlocksAndWhole of(3300, 2900, 24);
+    const BlocksAndWhole of(2700, 2100, 24);
     ASSERT_NE(of.blocks, nullptr);
     const PhotoFilter filter(*of.blocks);
     PhotoFeet feet{};

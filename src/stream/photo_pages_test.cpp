@@ -19,9 +19,9 @@ struct Opened {
     std::shared_ptr<ArrayPhoto::Troubles> troubles = std::make_shared<ArrayPhoto::Troubles>();
     ArrayPhoto same;
     std::unique_ptr<ResidentPhoto> photo;
-    Opened(int columns, int rows, size_t blocks) : same(columns, rows) {
-        auto made = ResidentPhoto::open(std::make_unique<ArrayPhoto>(columns, rows, troubles),
-                                        blocks * kPhotoBlockBytes, 2);
+    Opened(int columns, int rows, size_t blocks) : same(columns, rows, troubles) {
+        auto made =
+            ResidentPhoto::open(std::make_unique<ArrayPhoto>(same), blocks * kPhotoBlockBytes, 2);
         if (made) photo = std::move(*made);
     }
     /// A block's pixels are the array's.
@@ -47,7 +47,7 @@ struct Opened {
 };
 
 TEST(ResidentPhoto, HoldsWhatIsWantedAndNeverMoreThanItsSlots) {
-    const Opened of(3300, 2900, 24);
+    const Opened of(2700, 2100, 24);
     ASSERT_NE(of.photo, nullptr);
     const PhotoPages& pages = of.photo->pages();
     ASSERT_EQ(pages.slotCount, 24u);
@@ -73,7 +73,7 @@ TEST(ResidentPhoto, HoldsWhatIsWantedAndNeverMoreThanItsSlots) {
 }
 
 TEST(ResidentPhoto, CoarseMipsStayAndStandOverEveryBlock) {
-    const Opened of(3300, 2900, 24);
+    const Opened of(2700, 2100, 24);
     ASSERT_NE(of.photo, nullptr);
     const PhotoPages& pages = of.photo->pages();
     const PhotoPages::Mip& coarse = pages.mips.back();
@@ -93,12 +93,12 @@ TEST(ResidentPhoto, CoarseMipsStayAndStandOverEveryBlock) {
 }
 
 TEST(ResidentPhoto, WhatIsWantedSoonNeverDisplacesWhatIsWanted) {
-    const Opened of(3300, 2900, 24);
+    const Opened of(2700, 2100, 24);
     ASSERT_NE(of.photo, nullptr);
     std::vector<uint32_t> wanted, soon;
     for (uint32_t k = 0; k < of.photo->room(); ++k) {
         wanted.push_back(k);
-        if (k < 20 - 8) soon.push_back(30 + k);
+        if (k < 20 - 8) soon.push_back(20 + k);
     }
     ASSERT_TRUE(of.photo->bring(soon).ok());
     ASSERT_TRUE(of.photo->bring(wanted).ok());
@@ -113,7 +113,7 @@ TEST(ResidentPhoto, WhatIsWantedSoonNeverDisplacesWhatIsWanted) {
 }
 
 TEST(ResidentPhoto, BrokenBlocksAreTriedAgainAndThenNamed) {
-    const Opened of(3300, 2900, 24);
+    const Opened of(2700, 2100, 24);
     ASSERT_NE(of.photo, nullptr);
     const std::vector<uint32_t> wanted{3, 11};
     of.troubles->failures = 2;

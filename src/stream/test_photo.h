@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <memory>
 #include <thread>
 #include <vector>
 
@@ -21,7 +22,8 @@ public:
     /// Coloured noise, partly transparent, whole from pixel to pixel on every run.
     ArrayPhoto(int columns, int rows, std::shared_ptr<Troubles> troubles = nullptr)
         : grid_{columns, rows}, troubles_(std::move(troubles)) {
-        std::vector<uint8_t>& finest = mips_.emplace_back();
+        std::vector<std::vector<uint8_t>> mips(1);
+        std::vector<uint8_t>& finest = mips.front();
         for (int j = 0; j < rows; ++j) {
             for (int i = 0; i < columns; ++i) {
                 const auto hash = static_cast<uint32_t>(i * 7919 + j * 104729) * 2654435761u;
@@ -34,11 +36,12 @@ public:
         for (int mip = 1; mip < grid_.mipCount(); ++mip) {
             const int width = static_cast<int>(grid_.columnsAt(mip));
             std::vector<uint8_t> coarse(static_cast<size_t>(width * grid_.rowsAt(mip) * 4));
-            halvePhoto(mips_.back().data(), static_cast<int>(grid_.columnsAt(mip - 1)),
+            halvePhoto(mips.back().data(), static_cast<int>(grid_.columnsAt(mip - 1)),
                        static_cast<int>(grid_.rowsAt(mip - 1)), grid_.columnsAt(mip - 1) * 4,
                        coarse.data(), width * 4);
-            mips_.push_back(std::move(coarse));
+            mips.push_back(std::move(coarse));
         }
+        mips_ = std::make_shared<const std::vector<std::vector<uint8_t>>>(std::move(mips));
     }
     PhotoGrid grid() const override { return grid_; }
     const Affine2& worldFromPixel() const override { return map_; }
@@ -46,7 +49,7 @@ public:
     Result<std::unique_ptr<PhotoBlockReader>> makeReader() const override {
         return std::unique_ptr<PhotoBlockReader>(new Reader(*this));
     }
-    const std::vector<uint8_t>& pixels(int mip) const { return mips_[static_cast<size_t>(mip)]; }
+    const std::vector<uint8_t>& pixels(int mip) const { return (*mips_)[static_cast<size_t>(mip)]; }
 
 private:
     class Reader final : public PhotoBlockReader {
@@ -84,7 +87,7 @@ private:
     std::shared_ptr<Troubles> troubles_;
     Affine2 map_{{0, 0}, {1, 0}, {0, -1}};
     std::string description_ = "noise";
-    std::vector<std::vector<uint8_t>> mips_;
+    std::shared_ptr<const std::vector<std::vector<uint8_t>>> mips_;  ///< shared by copies
 };
 
 }  // namespace terray::test
