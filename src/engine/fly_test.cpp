@@ -41,6 +41,7 @@ protected:
         fs::create_directories(folder_);
         std::ofstream(at("f.txt")) << kKeys;
         setQuiet(true);
+        look_.samples = 2;
     }
     ~FlyTest() override {
         setInterrupted(false);
@@ -63,12 +64,11 @@ protected:
         if (!terrain) return terrain.error();
         const auto flight = Flight::read(at("f.txt"));
         if (!flight) return flight.error();
-        RenderOptions look;
-        look.samples = 2;
-        return fly(*terrain, *flight, look, options);
+        return fly(*terrain, *flight, look_, options);
     }
 
     fs::path folder_;
+    RenderOptions look_;
 };
 
 TEST_F(FlyTest, FramesAreTheStillsOfTheirMoments) {
@@ -139,6 +139,8 @@ TEST_F(FlyTest, InterruptedFilmsGoOnAndEndTheSame) {
     std::ofstream(at("f.txt")) << "0 300,300,+300 45,-15\n5 1400,1500,+300 50,-20\n";
     options.width = 64;
     options.height = 32;
+    look_.samples = 1;
+    look_.shadows = false;
     FlyOptions whole = options;
     whole.output = at("whole.mp4");
     ASSERT_TRUE(flyOver(whole));
