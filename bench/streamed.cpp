@@ -2,6 +2,7 @@
 // Opening, looking and waiting.
 #include "streamed.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/assert.h"
@@ -15,6 +16,7 @@ namespace {
 constexpr double kRefraction = 0.13, kEarthRadius = 6371000;
 constexpr uint32_t kSeed = 1;
 constexpr double kHalfFieldDeg = 30;
+constexpr uint64_t kOther = uint64_t{64} << 20;  ///< of the budget, for codecs and frames
 
 }  // namespace
 
@@ -27,7 +29,8 @@ Result<StreamedScene> openStreamed(int64_t width, int64_t height, int finestMip,
     scene.bend = (1 - kRefraction) / (2 * kEarthRadius);
     const int kept = ShadeCache::overviewMip(source->info().scheme);
     BuildStats stats;
-    auto terrain = ResidentTerrain::stream(std::move(source), kept, memoryBytes, stats);
+    const uint64_t tileBytes = memoryBytes - std::min(kOther, memoryBytes / 4);
+    auto terrain = ResidentTerrain::stream(std::move(source), kept, tileBytes, stats);
     if (!terrain) return terrain.error();
     scene.terrain = std::move(*terrain);
     scene.startMs = watch.elapsedMs();
