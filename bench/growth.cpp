@@ -72,7 +72,7 @@ Result<void> measureSize(const GrowthOptions& options, int finest,
     return {};
 }
 
-void printTable(const std::vector<nlohmann::json>& lines) {
+void printGrowthTable(const std::vector<nlohmann::json>& lines) {
     const size_t places = std::size(kPlaces), sizes = lines.size() / places;
     fmt::print("\n{:<10}", "camera");
     for (size_t s = 0; s < sizes; ++s)
@@ -101,7 +101,7 @@ int runGrowth(const GrowthOptions& options) {
         const auto done = measureSize(options, finest, cameras, **technique, lines);
         if (!done) return report(done.error());
     }
-    printTable(lines);
+    printGrowthTable(lines);
     return 0;
 }
 

@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr uint64_t kMiB = uint64_t{1} << 20;
+constexpr uint64_t kMebibyte = uint64_t{1} << 20;
 
 class StorePhotoTest : public testing::Test {
 protected:
@@ -56,7 +56,7 @@ protected:
 
     static Result<Terrain> open(uint64_t mebibytes) {
         OpenOptions options;
-        options.memoryBytes = mebibytes * kMiB;
+        options.memoryBytes = mebibytes * kMebibyte;
         return Terrain::open(store_, options);
     }
     static View lowView() {
