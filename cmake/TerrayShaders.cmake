@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 # Shaders: GLSL to SPIR-V at build time, embedded as numbers.
 
+add_custom_target(shaders)  # all of them, for who only reads the sources (clang-tidy)
+
 # terray_shaders(TARGET a.comp.glsl ...): sources of TARGET may include "<folder in src>/a.comp.inc" between braces.
 function(terray_shaders TARGET)
+  set(outputs)
   foreach(source ${ARGN})
     cmake_path(ABSOLUTE_PATH source OUTPUT_VARIABLE path)
     cmake_path(RELATIVE_PATH path BASE_DIRECTORY ${CMAKE_SOURCE_DIR}/src OUTPUT_VARIABLE name)
@@ -19,6 +22,10 @@ function(terray_shaders TARGET)
       COMMAND ${compile} -mfmt=num -MD -MF ${out}.d -MT ${out}.inc ${path} -o ${out}.inc
       DEPENDS ${path} DEPFILE ${out}.d COMMENT "Compiling shader ${name}" VERBATIM)
     target_sources(${TARGET} PRIVATE ${out}.inc)
+    list(APPEND outputs ${out}.inc)
   endforeach()
+  add_custom_target(${TARGET}_shaders DEPENDS ${outputs})
+  add_dependencies(${TARGET} ${TARGET}_shaders)
+  add_dependencies(shaders ${TARGET}_shaders)
   target_include_directories(${TARGET} PRIVATE ${CMAKE_BINARY_DIR}/generated)
 endfunction()

@@ -124,9 +124,11 @@ def check_tidy(root, build):
     if not shutil.which("clang-tidy"):
         return ["clang-tidy is missing: scripts/install-deps"]
     # Several sources at a time, as the preset joins them: headers are read once for all.
-    result = run(["cmake", "--preset", "tidy", "-S", str(root)])
-    if result.returncode:
-        return [f"cmake --preset tidy failed:\n{result.stdout}{result.stderr}"]
+    for command in (["cmake", "--preset", "tidy", "-S", str(root)],
+                    ["cmake", "--build", str(root / "build/tidy"), "--target", "shaders"]):
+        result = run(command)
+        if result.returncode:
+            return [f"{' '.join(command)} failed:\n{result.stdout}{result.stderr}"]
     return tidy_sources(root, root / "build/tidy")
 
 

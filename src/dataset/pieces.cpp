@@ -18,7 +18,7 @@ namespace terray {
 namespace {
 
 constexpr int kAttempts = 5;  ///< at whole files
-constexpr std::chrono::milliseconds kFirstDelay{50}, kLook{20};
+constexpr std::chrono::milliseconds kFirstDelay{50}, kNap{20};
 constexpr int kDelayGrowth = 4;
 
 }  // namespace
@@ -84,7 +84,7 @@ struct FilePieces::State {
         const auto end = std::chrono::steady_clock::now() + delay;
         while (std::chrono::steady_clock::now() < end) {
             if (mustEnd()) return false;
-            std::this_thread::sleep_for(kLook);
+            std::this_thread::sleep_for(kNap);
         }
         return true;
     }

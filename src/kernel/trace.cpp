@@ -51,7 +51,7 @@ void placeRay(const TerrainCut& cut, const Ray& ray, const exact::Clip& clip, in
     b.tEnd[k] = static_cast<float>(length) * 1.000001f;
     const float span = std::max(0.5f * (cut.maxZ - cut.minZ), cut.codeReach);
     const double reach = std::max(std::fabs(z), static_cast<double>(span) + 1e-3);
-    b.error0[k] = simd::kFloatError * static_cast<float>(reach);
+    b.error0[k] = simd::kFloatError * static_cast<float>(reach) + simd::decodingError(cut);
     b.error1[k] = simd::kFloatError * static_cast<float>(std::fabs(dz) + 2.0 * ray.bend * length);
     b.shift1[k] = simd::kFloatError * static_cast<float>(std::fabs(ray.dx) + std::fabs(ray.dy));
     const float twice = 2.0f * cut.maxDelta;

@@ -53,6 +53,8 @@ Terrain makeTerrain(const std::string& name) {
     if (name == "holes") return {"", holed(test::townTerrain(640, 400, 50, 5)), 6000};
     if (name == "lifted") return {"", lifted(test::roughTerrain(640, 300, 60, 6), 8000), 6000};
     if (name == "sunk") return {"", lifted(test::roughTerrain(300, 640, 60, 7), -11000), 6000};
+    if (name == "high plain")
+        return {"", lifted(test::roughTerrain(640, 300, 0.2f, 12), 8000), 6000};
     if (name == "tiny slopes") return {"", test::roughTerrain(640, 300, 0.01, 8), 6000, 0.1};
     if (name == "huge slopes") return {"", test::roughTerrain(300, 300, 40000, 9), 6000};
     if (name == "mixed mips")
@@ -111,8 +113,8 @@ TEST_P(RandomRays, ShadowsLikeTheOracle) {
 
 INSTANTIATE_TEST_SUITE_P(Tracer, RandomRays,
                          ::testing::Values("rough", "fine cells", "wide cells", "town", "holes",
-                                           "lifted", "sunk", "tiny slopes", "huge slopes",
-                                           "mixed mips", "mixed town"),
+                                           "lifted", "sunk", "high plain", "tiny slopes",
+                                           "huge slopes", "mixed mips", "mixed town"),
                          [](const auto& instance) {
                              std::string name = instance.param;
                              std::replace(name.begin(), name.end(), ' ', '_');

@@ -38,10 +38,6 @@ std::vector<BlockRange> gapsOf(const FileHashes& file) {
     return gaps;
 }
 
-bool isInside(const BlockRange& block, uint64_t size) {
-    return block.size <= size && block.offset <= size - block.size;
-}
-
 }  // namespace
 
 Result<std::unique_ptr<StoreFiles>> StoreFiles::open(std::string folder, FilePieces& pieces,

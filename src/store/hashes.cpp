@@ -55,10 +55,6 @@ bool staysInside(const std::string& path) {
            path.find(':') == std::string::npos && path.find('\\') == std::string::npos;
 }
 
-bool isInside(const BlockRange& block, uint64_t size) {
-    return block.size <= size && block.offset <= size - block.size;
-}
-
 }  // namespace
 
 uint64_t hashOf(std::span<const std::byte> bytes) {

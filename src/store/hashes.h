@@ -20,6 +20,10 @@ struct BlockRange {
     uint64_t offset = 0, size = 0;
     friend bool operator==(const BlockRange&, const BlockRange&) = default;
 };
+/// Of a file of that size.
+inline bool isInside(const BlockRange& block, uint64_t size) {
+    return block.size <= size && block.offset <= size - block.size;
+}
 
 /// Hashes of one file: its blocks (tiles of a TIFF, records of an edge file; a block without bytes
 /// has size 0), and all the other bytes together.

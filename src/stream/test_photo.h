@@ -29,8 +29,8 @@ public:
                 const auto hash = static_cast<uint32_t>(i * 7919 + j * 104729) * 2654435761u;
                 const bool isCovered = (i / 97 + j / 71) % 9 != 0;
                 for (int c = 0; c < 3; ++c)
-                    finest.push_back(isCovered ? static_cast<uint8_t>(hash >> (8 * c + 8)) : 0);
-                finest.push_back(isCovered ? 255 : 0);
+                    finest.push_back(static_cast<uint8_t>(isCovered ? hash >> (8 * c + 8) : 0u));
+                finest.push_back(static_cast<uint8_t>(isCovered ? 255 : 0));
             }
         }
         for (int mip = 1; mip < grid_.mipCount(); ++mip) {

@@ -3,6 +3,8 @@
 // them.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 
 #include "kernel/layout/layout.h"
@@ -57,5 +59,10 @@ constexpr int32_t kEnterAtTop = 63;
 constexpr float kShift0 = 2.4e-7f;
 /// Relative error allowed for a float expression of a few operations (about 16 roundings).
 constexpr float kFloatError = 4.8e-7f;
+/// A decoded 16-bit post is rounded to half an ulp of its height; lanes, which work relative to an
+/// anchor, do not round there.
+inline float decodingError(const TerrainCut& cut) {
+    return cut.format == 0 ? 0x1.2p-24f * std::max(std::fabs(cut.minZ), std::fabs(cut.maxZ)) : 0.0f;
+}
 
 }  // namespace terray::simd

@@ -114,7 +114,7 @@ HWY_INLINE void placeAt(const TerrainCut& cut, const RayBatch& r, RayBlock& b, s
     // Heights are relative to the middle of the range: no operand is larger than this.
     const float span = std::max(0.5f * (cut.maxZ - cut.minZ), cut.codeReach);
     const VD reach = hn::Max(hn::Abs(z), setD(static_cast<double>(span) + 1e-3));
-    const VD error0 = error * reach;
+    const VD error0 = hn::MulAdd(error, reach, setD(static_cast<double>(decodingError(cut))));
     const VD error1 = error * hn::MulAdd(bend + bend, hn::Min(length, big), hn::Abs(dz));
     const VD shift1 = error * (hn::Abs(dx) + hn::Abs(dy));
     const VD twice = setD(2.0 * static_cast<double>(cut.maxDelta));

@@ -12,8 +12,6 @@
 namespace terray {
 namespace {
 
-constexpr int kBeamSide = 16;
-constexpr int kBlockSide = 8;
 constexpr int kPacketSide = 4;
 
 /// Pixels of an 8 x 8 block in packet order: four 4 x 4 squares one after the other.

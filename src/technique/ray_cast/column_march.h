@@ -11,6 +11,9 @@
 
 namespace terray {
 
+/// Pixels a side of a beam, and of the blocks of 64 rays that are traced together.
+constexpr int kBeamSide = 16, kBlockSide = 8;
+
 /// Casts the rays of at most kMarchColumns columns and rows. hits: row by row, `stride` apart.
 void marchTile(const TerrainCut& cut, const RayFrame& rays, const ImageTile& tile, Vec2 offset,
                std::span<Hit> hits, size_t stride, TraceCounters& counters);

@@ -24,7 +24,6 @@ constexpr uint32_t kSpirv[] = {
 #include "technique/ray_cast/ray_cast.comp.inc"
 };
 
-constexpr int kBlockSide = 8, kBeamSide = 16;
 constexpr size_t kBeamBlocks = 4, kBeamRays = kBeamBlocks * kBatchRays;
 /// Beams on their way at a time, twice; fewer where the device has less memory.
 constexpr size_t kMostBeams = 512, kLeastBeams = 16;
