@@ -18,18 +18,11 @@ if(TERRAY_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${TERRAY_CCACHE})
 endif()
 
-# Several sources in one translation unit: headers are read once for all of them, which halves the time of a whole
-# build, but an edit costs more and a missing include does not show.
-set(TERRAY_UNITY none CACHE STRING "What is compiled several files at a time: none, tests (and other programs) or all")
-set_property(CACHE TERRAY_UNITY PROPERTY STRINGS none tests all)
+# Headers are read once for all sources of a unit, which halves the time of a whole build; but an edit costs more, and a
+# missing include does not show: the dev preset does without.
+option(TERRAY_UNITY "Compile several sources in one translation unit" OFF)
+set(CMAKE_UNITY_BUILD ${TERRAY_UNITY})
 set(CMAKE_UNITY_BUILD_BATCH_SIZE 10)
-
-# terray_unity(TARGET WHEN...): if TERRAY_UNITY is one of these.
-function(terray_unity TARGET)
-  if(TERRAY_UNITY IN_LIST ARGN)
-    set_target_properties(${TARGET} PROPERTIES UNITY_BUILD ON)
-  endif()
-endfunction()
 
 # Every target of ours links this: warnings, include root, sanitizers.
 add_library(terray_settings INTERFACE)
@@ -56,11 +49,9 @@ function(terray_room NAME)
   cmake_parse_arguments(ROOM "" "" "SOURCES;DEPS;TESTS;TEST_DEPS" ${ARGN})
   add_library(terray_${NAME} STATIC ${ROOM_SOURCES})
   target_link_libraries(terray_${NAME} PUBLIC terray_settings ${ROOM_DEPS})
-  terray_unity(terray_${NAME} all)
   if(TERRAY_BUILD_TESTS AND ROOM_TESTS)
     add_executable(${NAME}_test ${ROOM_TESTS})
     target_link_libraries(${NAME}_test PRIVATE terray_${NAME} ${ROOM_TEST_DEPS} GTest::gtest GTest::gmock GTest::gtest_main)
-    terray_unity(${NAME}_test tests all)
     add_test(NAME ${NAME} COMMAND ${NAME}_test)
     set_tests_properties(${NAME} PROPERTIES TIMEOUT 600 LABELS unit)
     list(FIND TERRAY_LONG_TESTS ${NAME} place)
@@ -68,8 +59,8 @@ function(terray_room NAME)
       set_tests_properties(${NAME} PROPERTIES COST 100)  # begun first, so that cores are not left idle at the end
     endif()
     add_dependencies(unit_tests ${NAME}_test)
-    # Tests are compiled more often than run: up to a third sooner so.
-    if(TERRAY_SANITIZE)
+    # Tests are compiled more often than run: up to a third sooner so. Long ones make their terrains by themselves.
+    if(TERRAY_SANITIZE AND place EQUAL -1)
       target_compile_options(${NAME}_test PRIVATE -O0)
     else()
       target_compile_options(${NAME}_test PRIVATE -O1)

@@ -2,6 +2,7 @@
 // The tracer against the oracle on random rays: every SIMD target of the machine, both post
 // formats, all surfaces, first hits and shadows.
 #include "kernel/trace.h"
+#include "base/test_size.h"
 
 #include <gtest/gtest.h>
 
@@ -76,7 +77,8 @@ TEST_P(RandomRays, HitLikeTheOracle) {
             SCOPED_TRACE(::testing::Message()
                          << (int16 ? "int16" : "float") << ", surface " << surface);
             cut.setSurface(surface);
-            const auto rays = randomRays(cut.cut(), terrain.rays / 2, terrain.scale, ++seed);
+            const auto rays =
+                randomRays(cut.cut(), terrain.rays / 2 / test::kLess, terrain.scale, ++seed);
             const auto exact = expectLikeOracle(cut.cut(), rays);
             const auto hits = std::count_if(exact.begin(), exact.end(),
                                             [](const ExactHit& e) { return isHit(e.hit); });
@@ -94,7 +96,7 @@ TEST_P(RandomRays, ShadowsLikeTheOracle) {
     for (const SurfaceKind surface : test::kAllSurfaces) {
         SCOPED_TRACE(::testing::Message() << "surface " << surface);
         owner.setSurface(surface);
-        const auto views = randomRays(cut, terrain.rays / 3, terrain.scale, 200);
+        const auto views = randomRays(cut, terrain.rays / 3 / test::kLess, terrain.scale, 200);
         const std::vector<Hit> hits = trace(cut, views);
         Random random(12);
         std::vector<Ray> suns(hits.size());

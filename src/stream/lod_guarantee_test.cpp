@@ -8,6 +8,7 @@
 #include <cmath>
 #include <random>
 
+#include "base/test_size.h"
 #include "kernel/height.h"
 #include "kernel/scalar/oracle.h"
 #include "raster/synthetic.h"
@@ -273,7 +274,7 @@ Tally judgeTerrain(const Subject& subject, Projection projection, const Setting&
                    uint32_t seed, double judgedTolerance) {
     std::mt19937 random(seed);
     Tally sum;
-    for (int view = 0; view < 8; ++view) {
+    for (int view = 0; view < 8 / test::kLess; ++view) {
         const Camera camera = randomCamera(subject, projection, setting.exaggeration, random);
         const RayFrame rays(camera, subject.terrain->info().worldFromLattice, setting.exaggeration,
                             setting.bend);

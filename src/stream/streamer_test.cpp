@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tiles that come and go: the same surface as with all of them resident, late and missing tiles.
 #include "stream/streamer.h"
+#include "base/test_size.h"
 
 #include <gtest/gtest.h>
 
@@ -288,7 +289,7 @@ TEST(Streamer, AFlightNeverHoldsMoreThanItsSlotsNorLosesOne) {
     std::mt19937 random(9);
     CutOptions options;
     options.sampleShare = 4;
-    for (int frame = 0; frame < 60; ++frame) {
+    for (int frame = 0; frame < 60 / test::kLess; ++frame) {
         const Camera camera = cameraAt(*pair.whole, random);
         const auto wanted = wantedTiles(*pair.streamed, camera, options);
         if (frame % 6 == 0 && wanted.size() <= pair.streamed->streamer()->room())

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "base/test_size.h"
 #include "kernel/glsl/test_program.h"
 #include "kernel/scalar/judge.h"
 #include "kernel/test_cuts.h"
@@ -27,7 +28,7 @@ std::vector<Ray> pictureRays(const Place& eye, double azimuth, double pitch, dou
     std::vector<Ray> rays;
     const double ca = std::cos(azimuth), sa = std::sin(azimuth);
     const double cp = std::cos(pitch), sp = std::sin(pitch);
-    for (int j = 0; j < 72; ++j)
+    for (int j = 0; j < 72; j += test::kLess)
         for (int i = 0; i < 128; ++i) {
             const double right = (i - 63.5) / 110, up = (35.5 - j) / 110;
             const double ahead = cp - up * sp;
