@@ -35,8 +35,6 @@ void castTiles(int width, int height, tbb::enumerable_thread_specific<Worker>& w
     });
 }
 
-void addCounters(TraceCounters& sum, const TraceCounters& more);
-
 struct Timing {
     double ms = 0;
     double cpuMs = 0;  ///< of all threads: what counts on a busy machine

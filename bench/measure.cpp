@@ -122,7 +122,7 @@ TraceCounters traceFrame(const Technique& technique, const TerrainCut& cut, cons
         }
     });
     TraceCounters sum;
-    for (const Worker& worker : workers) addCounters(sum, worker.counters);
+    for (const Worker& worker : workers) sum.add(worker.counters);
     return sum;
 }
 

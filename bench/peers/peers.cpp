@@ -215,7 +215,7 @@ void Comparison::measure(const std::string& kind, const std::string& camera,
                 if (rep < 0) continue;
                 timings[k].push_back(timing);
                 counters[k] = {};
-                for (const Scratch& own : scratches) addCounters(counters[k], own.counters);
+                for (const Scratch& own : scratches) counters[k].add(own.counters);
             }
         for (size_t k = 0; k < contenders.size(); ++k) {
             const Timing median = medianOf(timings[k]);
